@@ -1,0 +1,46 @@
+//! Triangle meshes: vertices, faces, named regions and the edges between them.
+//!
+//! A [`Mesh`] is plain data that a generator or a reader fills and `mesh.h5` stores. [`Topology`] is derived from the
+//! faces. This module knows nothing of scenes, materials or unknowns.
+
+mod topology;
+
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+pub use topology::{EdgeFace, Topology};
+
+/// An oriented triangle mesh of a surface in space, with named regions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions [m].
+    pub vertices: Vec<Vector3<f64>>,
+    /// Vertex indices of each face; the normal `(v1 - v0) x (v2 - v0)` points to the shell's top.
+    pub faces: Vec<[usize; 3]>,
+    /// Named parts of the mesh.
+    pub regions: BTreeMap<String, Region>,
+}
+
+/// A named part of a mesh. Any of its three lists may be empty.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Region {
+    /// Vertex indices, ascending.
+    pub vertices: Vec<usize>,
+    /// Edges as vertex pairs, lower index first, ascending.
+    pub edges: Vec<[usize; 2]>,
+    /// Face indices, ascending.
+    pub faces: Vec<usize>,
+}
+
+impl Mesh {
+    /// Diagonal of the axis-aligned bounding box [m]: the length that tolerances are relative to. 0 for an empty mesh.
+    pub fn diameter(&self) -> f64 {
+        let Some(first) = self.vertices.first() else { return 0.0 };
+        let (mut low, mut high) = (*first, *first);
+        for v in &self.vertices {
+            low = low.inf(v);
+            high = high.sup(v);
+        }
+        (high - low).norm()
+    }
+}

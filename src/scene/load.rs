@@ -1,0 +1,79 @@
+//! Tables `[gravity]` and `[[pin]]`.
+
+use super::Expr;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Gravity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gravity {
+    /// Acceleration [m/s2], each component finite.
+    #[serde(default = "standard_gravity")]
+    pub acceleration: [f64; 3],
+    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Expr>,
+}
+
+fn standard_gravity() -> [f64; 3] {
+    [0.0, 0.0, -9.80665]
+}
+
+/// A support: components of the vertices, and the directors of the edges, of one region.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// Name of a region.
+    pub region: String,
+    /// Components of the position that are held: any of `"x"`, `"y"`, `"z"`. Default: all three.
+    #[serde(default = "all_components")]
+    pub components: Vec<Axis>,
+    /// What happens to the directors of the region's edges. Absent: they are free (a hinge).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub director: Option<PinDirector>,
+    /// Prescribed displacement of held components. Absent: they stay.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
+}
+
+/// A coordinate axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// x
+    X,
+    /// y
+    Y,
+    /// z
+    Z,
+}
+
+fn all_components() -> Vec<Axis> {
+    vec![Axis::X, Axis::Y, Axis::Z]
+}
+
+/// Support of directors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PinDirector {
+    /// Held at its initial direction: a clamped edge.
+    Clamped,
+    /// Held in the plane of symmetry with this normal, which must contain the edges.
+    Symmetry([f64; 3]),
+}
+
+/// Displacement of the held components [m], of x, y, z (initial place) and t.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Motion {
+    /// Along x [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<Expr>,
+    /// Along y [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<Expr>,
+    /// Along z [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<Expr>,
+}

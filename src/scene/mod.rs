@@ -1,0 +1,103 @@
+//! What a scene file may say: plain data, one file per table, every field with its unit and range.
+//!
+//! A [`Scene`] is what the user said, with defaults filled in; `stage::build` makes objects from it. Nothing here computes.
+//! All quantities are in SI units. A table that is absent stands for a part that does not exist.
+
+mod load;
+mod mesh;
+mod report;
+mod rest;
+mod shell;
+mod solve;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use load::{Axis, Gravity, Motion, Pin, PinDirector};
+pub use mesh::{Annulus, Cylinder, Disc, MeshFile, MeshTable, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation};
+pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
+pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
+pub use shell::{Director, Mass, Shell, ShellRegion};
+pub use solve::{Dynamics, Output, Solver, Statics};
+
+/// An expression of place and time, as text: `"0.1 * sin(2 * PI * x)"`, or a plain number.
+///
+/// Which variables it may use is said at each field. Functions: sin cos tan asin acos atan atan2 sinh cosh tanh exp ln log10 sqrt
+/// abs sign floor ceil round min max; operators: + - * / ^ < <= > >= == != && || and `if(c, a, b)`; constants PI, E, TAU.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Expr {
+    /// A number.
+    Number(f64),
+    /// An expression.
+    Text(String),
+}
+
+impl<'de> Deserialize<'de> for Expr {
+    // By hand, because an untagged enum would lose the place of a wrong value in the file.
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Expr;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number or an expression in quotes")
+            }
+            fn visit_f64<E>(self, v: f64) -> Result<Expr, E> {
+                Ok(Expr::Number(v))
+            }
+            fn visit_i64<E>(self, v: i64) -> Result<Expr, E> {
+                Ok(Expr::Number(v as f64))
+            }
+            fn visit_u64<E>(self, v: u64) -> Result<Expr, E> {
+                Ok(Expr::Number(v as f64))
+            }
+            fn visit_str<E>(self, v: &str) -> Result<Expr, E> {
+                Ok(Expr::Text(v.to_owned()))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// One line that names the scene in reports.
+    #[serde(default)]
+    pub title: String,
+    /// What the scene shows, and where its numbers come from.
+    #[serde(default)]
+    pub description: String,
+    /// Where the triangles come from.
+    pub mesh: MeshTable,
+    /// Named parts of the mesh, added to those a mesh file or generator names.
+    #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<RegionTable>,
+    /// The shell: thickness, material, element.
+    pub shell: Shell,
+    /// The rest shape. Absent: the initial shape is the rest shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest: Option<Rest>,
+    /// Gravity. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Gravity>,
+    /// Supports.
+    #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
+    pub pins: Vec<Pin>,
+    /// Equilibrium by load steps. Exactly one of `statics` and `dynamics` must be there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub statics: Option<Statics>,
+    /// Motion in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamics: Option<Dynamics>,
+    /// Nonlinear solver.
+    #[serde(default)]
+    pub solver: Solver,
+    /// What is kept.
+    #[serde(default)]
+    pub output: Output,
+    /// What the scene expects of its own result, and its table of error against run time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub report: Option<Report>,
+}

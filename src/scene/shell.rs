@@ -1,0 +1,75 @@
+//! Table `[shell]`: element, thickness and material.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Where the normals on the edges come from (PHYSICS A1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Director {
+    /// Normalised mean of the two face normals; the face's own normal on the boundary. Does not converge on irregular meshes.
+    Average,
+    /// A free angle per edge, hinge measure `sin`.
+    FreeSin,
+    /// A free angle per edge, hinge measure `tan`: a fold cannot invert.
+    #[default]
+    FreeTan,
+}
+
+/// Mass matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mass {
+    /// Galerkin.
+    #[default]
+    Consistent,
+    /// A third of each face's mass at each of its vertices.
+    Lumped,
+}
+
+/// The shell. `thickness`, `density`, `youngs_modulus` and `poissons_ratio` hold wherever no region says otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shell {
+    /// Edge normals.
+    #[serde(default)]
+    pub director: Director,
+    /// Thickness [m], > 0.
+    pub thickness: f64,
+    /// Young's modulus [Pa], > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, -1 < nu < 0.5.
+    pub poissons_ratio: f64,
+    /// Density [kg/m3], > 0. Needed by dynamics and gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Kelvin-Voigt viscosity over modulus [s], > 0. Dynamics only. Absent: no damping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscosity: Option<f64>,
+    /// Mass matrix (dynamics and gravity).
+    #[serde(default)]
+    pub mass: Mass,
+    /// Other values for the faces of some regions; later ones win.
+    #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<ShellRegion>,
+}
+
+/// Values for the faces of one region. Absent keys: the shell's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShellRegion {
+    /// Name of a region with faces.
+    pub region: String,
+    /// Thickness [m], > 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// Young's modulus [Pa], > 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub youngs_modulus: Option<f64>,
+    /// Poisson's ratio, -1 < nu < 0.5.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poissons_ratio: Option<f64>,
+    /// Density [kg/m3], > 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+}

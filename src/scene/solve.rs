@@ -1,0 +1,57 @@
+//! Tables `[statics]`, `[dynamics]`, `[solver]` and `[output]`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Equilibrium, the load factor `t` going from 0 to 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Statics {
+    /// Load steps, 1 to 100000; a step that fails is halved.
+    #[serde(default = "default_steps")]
+    pub steps: usize,
+}
+
+fn default_steps() -> usize {
+    4
+}
+
+/// Motion by implicit Euler.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Dynamics {
+    /// Time step [s], > 0; a step that fails is halved, later steps grow back to this.
+    pub dt: f64,
+    /// End [s], > 0.
+    pub end: f64,
+    /// Initial velocity of every vertex [m/s]. Absent: at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[super::Expr; 3]>,
+}
+
+/// Nonlinear solver (PHYSICS A6).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// A step is solved when no vertex moved more than this, relative to the mesh diameter, in the last iteration; 1e-14 to 1e-2.
+    pub tolerance: f64,
+    /// Newton iterations before the fallback takes over, 1 to 1000.
+    pub max_iterations: usize,
+    /// Times that one step may be halved, 0 to 40, before the run gives up.
+    pub max_halvings: usize,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Solver { tolerance: 1e-9, max_iterations: 25, max_halvings: 12 }
+    }
+}
+
+/// What is kept. The newest checkpoint is always kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Times between kept checkpoints [s], > 0; steps are cut to land on them. Absent: every step is kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval: Option<f64>,
+}
