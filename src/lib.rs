@@ -6,3 +6,5 @@ pub mod mesh;
 pub mod scene;
 
 pub use error::{Error, Result};
+pub mod sparse;
+pub mod shell;

@@ -1,0 +1,83 @@
+//! What an element must offer to the Koiter energy.
+//!
+//! An element turns the unknowns of a face into strains at its integration points. It knows its own stencil and nothing of materials,
+//! rest forms or the matrix. The linear elements have one point; an element with more nodes, points and unknowns fits the same way.
+
+use crate::mesh::{Mesh, Topology};
+use nalgebra::Vector3;
+
+/// Forms at one integration point, in the face's barycentric basis: a11, a12, a22 [m2], b11, b12, b22 [m].
+pub type Strain = [f64; 6];
+
+/// A kind of shell element with `N` unknowns per face and `P` integration points.
+pub trait Element<const N: usize, const P: usize> {
+    /// Geometry of one face at one state, computed once for values and derivatives.
+    type Geometry;
+
+    /// Weights of the integration points in the reference triangle; they add up to its area, 1/2.
+    const WEIGHTS: [f64; P];
+
+    /// Number of faces.
+    fn faces(&self) -> usize;
+
+    /// Number of unknowns: three per node, then one per free director.
+    fn unknowns(&self) -> usize;
+
+    /// Unknowns of a face; `usize::MAX` where it has none.
+    fn stencil(&self, face: usize) -> [usize; N];
+
+    /// Geometry of a face. `u`: values of its stencil.
+    fn geometry(&self, face: usize, u: &[f64; N]) -> Self::Geometry;
+
+    /// Forms at the integration points.
+    fn forms(&self, geometry: &Self::Geometry) -> [Strain; P];
+
+    /// Derivatives of the forms in the stencil's unknowns.
+    fn jacobian(&self, geometry: &Self::Geometry) -> [[[f64; N]; 6]; P];
+
+    /// Adds `sum_i w_i d2(form_i)` to the lower triangle of `hessian`. `membrane_only` leaves the curvatures out.
+    fn hessian(&self, geometry: &Self::Geometry, weights: &[Strain; P], membrane_only: bool, hessian: &mut [[f64; N]; N]);
+
+    /// Reference directors [1], one per director unknown or held director; empty when the element has none.
+    fn directors(&self) -> &[Vector3<f64>];
+
+    /// Puts directors back, as a checkpoint has them.
+    fn set_directors(&mut self, directors: &[Vector3<f64>]);
+
+    /// Makes the present directors the new references and their angles zero; the state stays what it is.
+    fn reframe(&mut self, x: &mut [f64]);
+
+    /// Number of director angles among the unknowns; they follow the node positions.
+    fn angles(&self) -> usize {
+        self.directors().len()
+    }
+}
+
+/// Initial directors of a mesh's edges: the mean of the face normals, on the boundary the face's own, made orthogonal to the edge.
+pub fn initial_directors(mesh: &Mesh, topology: &Topology) -> Vec<Vector3<f64>> {
+    let normals: Vec<Vector3<f64>> = mesh
+        .faces
+        .iter()
+        .map(|f| {
+            let [a, b, c] = f.map(|v| mesh.vertices[v]);
+            (b - a).cross(&(c - a)).normalize()
+        })
+        .collect();
+    topology
+        .edges
+        .iter()
+        .zip(&topology.edge_faces)
+        .map(|(edge, faces)| {
+            let sum: Vector3<f64> = faces.iter().flatten().map(|f| normals[f.face]).sum();
+            let first = faces[0].map_or_else(Vector3::z, |f| normals[f.face]);
+            orthonormal(&sum, &(mesh.vertices[edge[1]] - mesh.vertices[edge[0]])).unwrap_or(first)
+        })
+        .collect()
+}
+
+/// Unit vector of the part of `v` orthogonal to `tangent`; none where nearly nothing is left.
+pub fn orthonormal(v: &Vector3<f64>, tangent: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let part = v - tangent * (v.dot(tangent) / tangent.norm_squared());
+    let norm = part.norm();
+    (norm > 1e-8 * v.norm() && norm > 0.0).then(|| part / norm)
+}

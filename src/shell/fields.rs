@@ -1,0 +1,85 @@
+//! What is shown of a shell's state at one integration point: curvatures, strains, stresses, moments, energy densities.
+//!
+//! Tensors are by components in an orthonormal frame of the face whose first axis lies along its first edge, taken in the rest metric for
+//! the values and on the present surface for showing them in space; the two differ by the membrane strain.
+
+use super::energy::Material;
+use super::rest::Forms;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+/// Quantities at one integration point.
+#[derive(Clone, Copy, Debug)]
+pub struct PointFields {
+    /// Principal curvatures [1/m], larger first; negative where the top is convex.
+    pub principal_curvatures: [f64; 2],
+    /// Their unit directions in space.
+    pub principal_directions: [Vector3<f64>; 2],
+    /// Half the sum of the principal curvatures [1/m].
+    pub mean_curvature: f64,
+    /// Their product [1/m2].
+    pub gauss_curvature: f64,
+    /// Green strain of the midsurface [1].
+    pub membrane_strain: Matrix3<f64>,
+    /// Second Piola-Kirchhoff stress of the midsurface [Pa].
+    pub membrane_stress: Matrix3<f64>,
+    /// Bending moment per length [N], positive where it bends the shell like a positive `b - bbar`.
+    pub bending_moment: Matrix3<f64>,
+    /// Membrane energy per rest area [J/m2].
+    pub membrane_energy_density: f64,
+    /// Bending energy per rest area [J/m2].
+    pub bending_energy_density: f64,
+}
+
+/// Eigenvalues, larger first, and unit eigenvectors of a symmetric 2x2 matrix.
+fn eigen(m: &Matrix2<f64>) -> ([f64; 2], [Vector2<f64>; 2]) {
+    let (mean, half, off) = (0.5 * (m[(0, 0)] + m[(1, 1)]), 0.5 * (m[(0, 0)] - m[(1, 1)]), 0.5 * (m[(0, 1)] + m[(1, 0)]));
+    let radius = half.hypot(off);
+    let angle = 0.5 * off.atan2(half);
+    let v = Vector2::new(angle.cos(), angle.sin());
+    ([mean + radius, mean - radius], [v, Vector2::new(-v.y, v.x)])
+}
+
+/// Matrix whose columns are the orthonormal frame of a metric (11, 12, 22) by barycentric components, the first along the first edge.
+fn frame(a: [f64; 3]) -> Matrix2<f64> {
+    let l11 = a[0].sqrt();
+    let l21 = a[1] / l11;
+    let l22 = (a[2] - l21 * l21).max(0.0).sqrt();
+    Matrix2::new(1.0 / l11, -l21 / (l11 * l22), 0.0, 1.0 / l22)
+}
+
+/// Fields at a point with tangent vectors `r` [m], present forms and rest forms.
+pub fn at_point(r: &[Vector3<f64>; 2], forms: &Forms, rest: &Forms, material: &Material) -> PointFields {
+    let matrix = |m: [f64; 3]| Matrix2::new(m[0], m[1], m[1], m[2]);
+    let present = frame([r[0].norm_squared(), r[0].dot(&r[1]), r[1].norm_squared()]);
+    let axes = [0, 1].map(|k| r[0] * present[(0, k)] + r[1] * present[(1, k)]);
+    let space = |v: &Vector2<f64>| axes[0] * v.x + axes[1] * v.y;
+    let tensor = |m: &Matrix2<f64>| {
+        let mut t = Matrix3::zeros();
+        for i in 0..2 {
+            for j in 0..2 {
+                t += axes[i] * axes[j].transpose() * m[(i, j)];
+            }
+        }
+        t
+    };
+    let (k, directions) = eigen(&(present.transpose() * matrix(forms.b) * present));
+    let q = frame(rest.a);
+    let strain = q.transpose() * (matrix(forms.a) - matrix(rest.a)) * q * 0.5;
+    let bend = q.transpose() * (matrix(forms.b) - matrix(rest.b)) * q;
+    let [alpha, beta] = material.lame();
+    let law = |m: &Matrix2<f64>| Matrix2::identity() * (alpha * m.trace()) + m * (2.0 * beta);
+    let norm = |m: &Matrix2<f64>| 0.5 * alpha * m.trace() * m.trace() + beta * (m * m).trace();
+    let h = material.thickness;
+    let bending = h * h * h / 12.0;
+    PointFields {
+        principal_curvatures: k,
+        principal_directions: [space(&directions[0]), space(&directions[1])],
+        mean_curvature: 0.5 * (k[0] + k[1]),
+        gauss_curvature: k[0] * k[1],
+        membrane_strain: tensor(&strain),
+        membrane_stress: tensor(&law(&strain)),
+        bending_moment: tensor(&(law(&bend) * bending)),
+        membrane_energy_density: h * norm(&strain),
+        bending_energy_density: bending * norm(&bend),
+    }
+}

@@ -1,0 +1,47 @@
+//! One physical effect, as an energy of the unknowns.
+
+use super::{Numbering, Pattern, System};
+
+/// Which second derivative a Newton iteration asks for (PHYSICS A6).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curvature {
+    /// The exact Hessian, with the lagged, linearly extrapolated stresses in its geometric part where a potential has stresses.
+    Mixed,
+    /// A positive semidefinite approximation, for descent on the energy.
+    Projected,
+}
+
+/// One physical effect: adds its energy, gradient and Hessian into buffers that the caller owns.
+///
+/// `x` holds all unknowns, held ones too. Couplings are declared once, before [`bind`](Potential::bind). Everything is deterministic:
+/// elements are added in order.
+pub trait Potential {
+    /// Shows the unknowns of every element to `visit`; `usize::MAX` stands for none.
+    fn stencils(&self, visit: &mut dyn FnMut(&[usize]));
+
+    /// Looks up where its entries go, once.
+    fn bind(&mut self, numbering: &Numbering, pattern: &Pattern);
+
+    /// Energy [J].
+    fn energy(&self, x: &[f64]) -> f64;
+
+    /// Adds gradient and Hessian at `x`; returns the energy [J].
+    fn assemble(&mut self, x: &[f64], curvature: Curvature, into: &mut System) -> f64;
+
+    /// Adds the gradient at `x` alone; returns the energy [J].
+    fn gradient(&self, x: &[f64], into: &mut System) -> f64;
+
+    /// Called before each iteration; may exchange unknowns for equivalent ones (directors), which leaves the state as it is.
+    fn prepare(&mut self, _x: &mut [f64]) {}
+
+    /// Called after each solve, before `x + dx` is taken: extrapolates what the next geometric stiffness uses.
+    fn extrapolate(&mut self, _x: &[f64], _dx: &[f64]) {}
+
+    /// Called when iterations start anew from `x` without extrapolated values.
+    fn restart(&mut self, _x: &[f64]) {}
+
+    /// Largest fraction of `dx`, 0 to 1, that this effect allows.
+    fn max_step(&self, _x: &[f64], _dx: &[f64]) -> f64 {
+        1.0
+    }
+}
