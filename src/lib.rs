@@ -8,3 +8,5 @@ pub mod scene;
 pub use error::{Error, Result};
 pub mod sparse;
 pub mod shell;
+pub mod solve;
+pub mod model;

@@ -1,0 +1,67 @@
+//! How the rest forms change in time.
+
+use crate::mesh::{Mesh, Topology};
+use crate::shell::rest::{Forms, Law, Sampling, linear_element_forms};
+
+/// Share of the law in force at a time.
+pub type Ramp = Box<dyn Fn(f64) -> f64>;
+
+/// A growth law, its share in time, and the forms it starts from. Evaluates only what changes.
+pub struct RestDriver {
+    mesh: Mesh,
+    topology: Topology,
+    law: Box<dyn Law>,
+    law_changes: bool,
+    sampling: Sampling,
+    ramp: Option<Ramp>,
+    thickness: Vec<f64>,
+    initial: Vec<Forms>,
+    /// The law's forms, where they do not change.
+    constant: Option<Vec<Forms>>,
+}
+
+impl RestDriver {
+    /// `law_changes`: whether the law depends on time. `ramp`: share of the law in time, none for all of it at once. `initial`: forms of the
+    /// initial shape, per face.
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        mesh: Mesh,
+        topology: Topology,
+        law: Box<dyn Law>,
+        law_changes: bool,
+        sampling: Sampling,
+        ramp: Option<Ramp>,
+        thickness: Vec<f64>,
+        initial: Vec<Forms>,
+    ) -> Self {
+        RestDriver { mesh, topology, law, law_changes, sampling, ramp, thickness, initial, constant: None }
+    }
+
+    /// Whether the forms change in time at all.
+    pub fn changes(&self) -> bool {
+        self.law_changes || self.ramp.is_some()
+    }
+
+    /// Rest forms at a time [s]. Errors: face and reason.
+    pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, String> {
+        let evaluate = || linear_element_forms(&self.mesh, &self.topology, &*self.law, self.sampling, &self.initial, |f| self.thickness[f], time);
+        let law = if self.law_changes {
+            evaluate()?
+        } else {
+            match &self.constant {
+                Some(forms) => forms.clone(),
+                None => self.constant.insert(evaluate()?).clone(),
+            }
+        };
+        let Some(ramp) = &self.ramp else { return Ok(law) };
+        let share = ramp(time);
+        if !share.is_finite() {
+            return Err(format!("the ramp is {share} at t = {time} s"));
+        }
+        let mixed: Vec<Forms> = self.initial.iter().zip(&law).map(|(a, b)| a.mix(b, share)).collect();
+        match mixed.iter().position(|f| !f.is_admissible()) {
+            Some(f) => Err(format!("face {f}: the rest metric at ramp {share} is not positive definite")),
+            None => Ok(mixed),
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
+
+use super::rest_driver::RestDriver;
+use crate::case::{Association, Field, Snapshot};
+use crate::error::{Error, Result};
+use crate::shell::rest::Forms;
+use crate::shell::{Gravity, Inertia, Shell};
+use crate::solve::{Counters, Failure, Newton, Settings, Solved};
+use crate::sparse::Potential;
+use nalgebra::Vector3;
+
+/// Displacement of a held unknown in time [m].
+pub type Motion = Box<dyn Fn(f64) -> f64>;
+
+/// A held unknown.
+pub struct HeldUnknown {
+    /// Its number among all unknowns.
+    pub unknown: usize,
+    /// Its initial value.
+    pub start: f64,
+    /// Its displacement, if it moves.
+    pub motion: Option<Motion>,
+}
+
+/// What a model is made of. What is absent has no object and costs nothing.
+pub struct Parts {
+    /// The shell.
+    pub shell: Box<dyn Shell>,
+    /// Inertia; absent in statics.
+    pub inertia: Option<Inertia<3, 9>>,
+    /// Gravity and its factor in time, if that changes.
+    pub gravity: Option<(Gravity, Option<Motion>)>,
+    /// Growth; absent when the rest shape is the initial one.
+    pub rest: Option<RestDriver>,
+    /// Forms of the initial shape, per integration point.
+    pub initial_forms: Vec<Forms>,
+    /// Supports.
+    pub held: Vec<HeldUnknown>,
+    /// Initial positions [m].
+    pub positions: Vec<Vector3<f64>>,
+    /// Initial velocities [m/s]; empty in statics.
+    pub velocities: Vec<Vector3<f64>>,
+}
+
+/// A shell advanced step by step.
+pub struct ShellModel {
+    parts: Parts,
+    newton: Newton,
+    x: Vec<f64>,
+    v: Vec<f64>,
+    step: u64,
+    time: f64,
+    rest_is_set: bool,
+}
+
+/// What an accepted step has to tell.
+#[derive(Clone, Copy, Debug)]
+pub struct StepReport {
+    /// Iterations, last movement, residual, negative pivots.
+    pub solved: Solved,
+}
+
+/// Why a step failed. The model is as it was before.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StepFailure {
+    /// The equations were not solved; a smaller step may be.
+    Equations(String),
+    /// The matrix was singular from the start of a static run: the structure is a mechanism. Holds the unknown's description.
+    Mechanism(String),
+    /// The rest forms are impossible at this time; no smaller step helps.
+    Rest(String),
+}
+
+impl ShellModel {
+    /// Numbers the unknowns, analyses the matrix and sets the rest forms of time 0. `tolerance`: relative to the diameter.
+    pub fn new(mut parts: Parts, diameter: f64, tolerance: f64, max_iterations: usize) -> Result<Self> {
+        let unknowns = parts.shell.unknowns();
+        let mut held = vec![false; unknowns];
+        parts.held.iter().for_each(|h| held[h.unknown] = true);
+        let lengths = 3 * parts.positions.len();
+        let mut x = vec![0.0; unknowns];
+        for (to, from) in x.chunks_exact_mut(3).zip(&parts.positions) {
+            to.copy_from_slice(from.as_slice());
+        }
+        let v: Vec<f64> = parts.velocities.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+        parts.shell.set_rest(&parts.initial_forms);
+        let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
+        let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
+        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false };
+        model.set_rest(0.0).map_err(|e| Error::input("rest", e))?;
+        model.parts.shell.restart(&model.x);
+        Ok(model)
+    }
+
+    /// Number of free unknowns.
+    pub fn free_unknowns(&self) -> usize {
+        self.newton.free()
+    }
+
+    /// Work done so far.
+    pub fn counters(&self) -> Counters {
+        self.newton.counters()
+    }
+
+    /// Accepted steps.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// Time [s].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// All unknowns: node coordinates, then director angles.
+    pub fn unknowns(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// Sets the rest forms of a time, if they change or were never set.
+    fn set_rest(&mut self, time: f64) -> Result<(), String> {
+        let Some(driver) = &mut self.parts.rest else { return Ok(()) };
+        if driver.changes() || !self.rest_is_set {
+            self.parts.shell.set_rest(&driver.forms(time)?);
+            self.rest_is_set = true;
+        }
+        Ok(())
+    }
+
+    fn set_gravity(&mut self, time: f64) {
+        if let Some((gravity, Some(factor))) = &mut self.parts.gravity {
+            gravity.set_factor(factor(time));
+        }
+    }
+
+    /// Advances to `time`, by a step of size `dt`. On failure the model is as it was.
+    pub fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
+        let (x, lagged, directors) = (self.x.clone(), self.parts.shell.lagged(), self.parts.shell.directors().to_vec());
+        let outcome = self.try_advance(dt, time);
+        if outcome.is_err() {
+            self.x = x;
+            self.parts.shell.set_lagged(&lagged);
+            self.parts.shell.set_directors(&directors);
+            // The forms of the present time held when it was accepted, so they cannot fail now.
+            let _ = self.set_rest(self.time);
+            self.set_gravity(self.time);
+        }
+        outcome
+    }
+
+    fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
+        self.set_rest(time).map_err(StepFailure::Rest)?;
+        self.set_gravity(time);
+        let mut targets = Vec::with_capacity(self.parts.held.len());
+        for held in &self.parts.held {
+            if let Some(motion) = &held.motion {
+                let d = motion(time);
+                if !d.is_finite() {
+                    return Err(StepFailure::Rest(format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown))));
+                }
+                targets.push((held.unknown, held.start + d));
+            }
+        }
+        let before = self.x.clone();
+        self.parts.shell.start_step(&before, dt);
+        if let Some(inertia) = &mut self.parts.inertia {
+            inertia.start_step(&before, &self.v, dt);
+        }
+        let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets).map_err(|failure| match failure {
+            Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
+            Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
+            Failure::NotContracting(movement) => StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m")),
+        })?;
+        for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
+            *v = (now - before) / dt;
+        }
+        self.step += 1;
+        self.time = time;
+        Ok(StepReport { solved })
+    }
+
+    /// An unknown in words.
+    fn describe(&self, unknown: usize) -> String {
+        let lengths = 3 * self.parts.positions.len();
+        if unknown < lengths {
+            let p = self.parts.positions[unknown / 3];
+            return format!("coordinate {} of vertex {} at ({:.4e}, {:.4e}, {:.4e}) m", ["x", "y", "z"][unknown % 3], unknown / 3, p.x, p.y, p.z);
+        }
+        format!("the director of edge {}", unknown - lengths)
+    }
+
+    /// Energies [J] of the parts there are, by the names of the history's columns.
+    pub fn energies(&self) -> Vec<(&'static str, f64)> {
+        let [membrane, bending] = self.parts.shell.energies(&self.x);
+        let mut energies = Vec::new();
+        if let Some(inertia) = &self.parts.inertia {
+            energies.push(("kinetic_energy_J", inertia.kinetic_energy(&self.v)));
+        }
+        energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
+        if let Some((gravity, _)) = &self.parts.gravity {
+            energies.push(("gravity_energy_J", gravity.energy(&self.x)));
+        }
+        energies
+    }
+
+    /// Linear momentum [kg m/s], in motion.
+    pub fn momentum(&self) -> Option<Vector3<f64>> {
+        self.parts.inertia.as_ref().map(|inertia| inertia.momentum(&self.v))
+    }
+
+    /// The state, with everything the next step reads.
+    pub fn snapshot(&self) -> Snapshot {
+        let field = |name: &str, association, components, unit: &str, data: Vec<f64>| Field { name: name.into(), association, components, unit: unit.into(), data };
+        let lengths = 3 * self.parts.positions.len();
+        let mut fields = vec![field("position", Association::Node, 3, "m", self.x[..lengths].to_vec())];
+        if !self.v.is_empty() {
+            fields.push(field("velocity", Association::Node, 3, "m/s", self.v.clone()));
+        }
+        let directors = self.parts.shell.directors();
+        if !directors.is_empty() {
+            fields.push(field("director", Association::Director, 3, "1", directors.iter().flat_map(|d| [d.x, d.y, d.z]).collect()));
+        }
+        fields.push(field("lagged_stress", Association::Point, 6, "J/m2, J/m", self.parts.shell.lagged()));
+        let counters = self.counters();
+        let numbers = [
+            ("newton_iterations", counters.newton_iterations),
+            ("fallback_iterations", counters.fallback_iterations),
+            ("factorizations", counters.factorizations),
+        ];
+        let numbers = numbers.map(|(name, value)| (name.to_string(), value as f64)).to_vec();
+        Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers }
+    }
+
+    /// Puts a state back. Errors: a field that is missing or of another size.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
+        let take = |name: &str, length: usize| -> Result<Vec<f64>, String> {
+            let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
+            if field.data.len() == length { Ok(field.data.clone()) } else { Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len())) }
+        };
+        let lengths = 3 * self.parts.positions.len();
+        let position = take("position", lengths)?;
+        let velocity = if self.v.is_empty() { Vec::new() } else { take("velocity", lengths)? };
+        let count = self.parts.shell.directors().len();
+        if count > 0 {
+            let directors: Vec<Vector3<f64>> = take("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
+            self.parts.shell.set_directors(&directors);
+        }
+        let points = self.parts.shell.faces() * self.parts.shell.points();
+        self.parts.shell.set_lagged(&take("lagged_stress", 6 * points)?);
+        self.x[..lengths].copy_from_slice(&position);
+        self.x[lengths..].fill(0.0);
+        self.v = velocity;
+        self.step = snapshot.step;
+        self.time = snapshot.time;
+        let count = |name: &str| snapshot.number(name).unwrap_or(0.0) as u64;
+        self.newton.set_counters(Counters {
+            newton_iterations: count("newton_iterations"),
+            fallback_iterations: count("fallback_iterations"),
+            factorizations: count("factorizations"),
+        });
+        self.set_rest(self.time)?;
+        self.set_gravity(self.time);
+        Ok(())
+    }
+}
+
+/// The potentials of a model, in the order in which they are added.
+fn potentials(parts: &mut Parts) -> Vec<&mut dyn Potential> {
+    let mut list: Vec<&mut dyn Potential> = vec![&mut *parts.shell];
+    list.extend(parts.inertia.as_mut().map(|p| p as &mut dyn Potential));
+    list.extend(parts.gravity.as_mut().map(|(p, _)| p as &mut dyn Potential));
+    list
+}

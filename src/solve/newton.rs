@@ -1,0 +1,278 @@
+//! Newton's method with extrapolated stresses, and descent on the energy where it does not contract (PHYSICS A6).
+//!
+//! The mixed iteration uses, in the geometric part of the Hessian, stresses that follow the linearised law of the last iteration; its
+//! residual is the true one. It takes the thickness out of the iteration count, but promises no descent: when it does not contract, the
+//! step starts anew with a positive semidefinite Hessian and a line search on the energy, and returns to the mixed iteration near the
+//! minimum. Step sizes are not chosen here.
+
+use crate::error::Result;
+use crate::sparse::{Cholesky, Curvature, Kind, Numbering, Pattern, Potential, System};
+
+/// When an iteration stops. Lengths are absolute here; the caller scales them with the mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Number of unknowns, at the front, that are lengths; the others are angles.
+    pub lengths: usize,
+    /// Size of the mesh [m].
+    pub diameter: f64,
+    /// Largest movement in the last iteration [m].
+    pub tolerance: f64,
+    /// Mixed iterations before descent takes over.
+    pub max_iterations: usize,
+}
+
+/// Work done, by cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Mixed Newton iterations.
+    pub newton_iterations: u64,
+    /// Descent iterations.
+    pub fallback_iterations: u64,
+    /// Numeric factorisations.
+    pub factorizations: u64,
+}
+
+/// A solved step.
+#[derive(Clone, Copy, Debug)]
+pub struct Solved {
+    /// Iterations of either kind.
+    pub iterations: u64,
+    /// Movement in the last iteration [m].
+    pub increment: f64,
+    /// Largest component of the gradient over the largest of the first iteration [1].
+    pub residual: f64,
+    /// Negative pivots of the last factorisation: unstable directions of the equilibrium.
+    pub negative_pivots: usize,
+}
+
+/// Why a step was not solved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure {
+    /// The matrix is singular: this unknown (over all unknowns) moves without resistance.
+    Mechanism(usize),
+    /// No iteration contracted; the movement in the last one [m].
+    NotContracting(f64),
+}
+
+/// Pattern, matrix and factor of one set of potentials and supports; allocated once.
+pub struct Newton {
+    numbering: Numbering,
+    pattern: Pattern,
+    system: System,
+    cholesky: Cholesky,
+    settings: Settings,
+    dx: Vec<f64>,
+    solution: Vec<f64>,
+    trial: Vec<f64>,
+    counters: Counters,
+}
+
+/// Share of the predicted decrease that a step of the line search must bring.
+const ARMIJO: f64 = 1e-4;
+
+impl Newton {
+    /// Analyses the couplings of `potentials` with the `held` unknowns left out, and binds them.
+    pub fn new(potentials: &mut [&mut dyn Potential], held: &[bool], settings: Settings) -> Result<Self> {
+        let numbering = Numbering::new(held);
+        let pattern = Pattern::new(&numbering, &mut |visit| potentials.iter().for_each(|p| p.stencils(visit)))?;
+        for potential in potentials.iter_mut() {
+            potential.bind(&numbering, &pattern);
+        }
+        let cholesky = Cholesky::new(&pattern)?;
+        let system = System::new(&pattern);
+        let all = numbering.all();
+        let solution = vec![0.0; numbering.free()];
+        Ok(Newton { numbering, pattern, system, cholesky, settings, dx: vec![0.0; all], solution, trial: vec![0.0; all], counters: Counters::default() })
+    }
+
+    /// Work done so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Puts counters back, as a checkpoint has them.
+    pub fn set_counters(&mut self, counters: Counters) {
+        self.counters = counters;
+    }
+
+    /// Number of free unknowns.
+    pub fn free(&self) -> usize {
+        self.numbering.free()
+    }
+
+    /// Entries of the factor.
+    pub fn factor_entries(&self) -> usize {
+        self.cholesky.entries()
+    }
+
+    /// Minimises the sum of `potentials` from `x`. `targets`: held unknowns and the values they take. On failure `x` is as it was, but the
+    /// potentials' own state (directors, lagged stresses) is the caller's to put back.
+    pub fn solve(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], targets: &[(usize, f64)]) -> Result<Solved, Failure> {
+        if self.free() == 0 {
+            targets.iter().for_each(|&(i, value)| x[i] = value);
+            return Ok(Solved { iterations: 0, increment: 0.0, residual: 0.0, negative_pivots: 0 });
+        }
+        let start = x.to_vec();
+        let moved: Vec<(usize, f64)> = targets.iter().map(|&(i, value)| (i, value - x[i])).filter(|(_, d)| *d != 0.0).collect();
+        match self.mixed(potentials, x, &moved, self.settings.max_iterations) {
+            Ok(solved) => {
+                targets.iter().for_each(|&(i, value)| x[i] = value);
+                return Ok(solved);
+            }
+            // Singular before anything moved: no step and no descent mends a mechanism.
+            Err(failure @ Failure::Mechanism(_)) if *x == *start => return Err(failure),
+            Err(failure) => log::debug!("mixed iteration: {failure:?}; descending on the energy"),
+        }
+        x.copy_from_slice(&start);
+        targets.iter().for_each(|&(i, value)| x[i] = value);
+        self.descend(potentials, x).inspect_err(|_| x.copy_from_slice(&start))
+    }
+
+    /// Assembles gradient and Hessian at `x`.
+    fn assemble(&mut self, potentials: &mut [&mut dyn Potential], x: &[f64], curvature: Curvature) -> f64 {
+        self.system.clear();
+        potentials.iter_mut().map(|p| p.assemble(x, curvature, &mut self.system)).sum()
+    }
+
+    /// Largest movement in `dx` [m]; with no free length, the largest angle over one radian times the diameter. Infinite if anything is not finite.
+    fn movement(&self) -> f64 {
+        let (mut lengths, mut angles) = (0.0f64, 0.0f64);
+        for (i, d) in self.dx.iter().enumerate() {
+            if !d.is_finite() {
+                return f64::INFINITY;
+            }
+            let of = if i < self.settings.lengths { &mut lengths } else { &mut angles };
+            *of = of.max(d.abs());
+        }
+        let free_length = self.numbering.unknowns().first().is_some_and(|u| (*u as usize) < self.settings.lengths);
+        if free_length { lengths } else { angles * self.settings.diameter }
+    }
+
+    /// Solves `H dx = -g` into `self.dx` (held unknowns zero).
+    fn solve_linear(&mut self, kind: Kind) -> Result<usize, Failure> {
+        self.counters.factorizations += 1;
+        let done = self
+            .cholesky
+            .refactor(&self.pattern, &self.system.matrix, kind)
+            .map_err(|pivot| Failure::Mechanism(self.numbering.unknowns()[pivot.unknown] as usize))?;
+        self.solution.iter_mut().zip(&self.system.gradient).for_each(|(s, g)| *s = -g);
+        self.cholesky.solve(&mut self.solution);
+        self.dx.fill(0.0);
+        for (value, &unknown) in self.solution.iter().zip(self.numbering.unknowns()) {
+            self.dx[unknown as usize] = *value;
+        }
+        Ok(done.negative_pivots)
+    }
+
+    /// Mixed iterations from `x`; the held unknowns `moved` go along with the first.
+    fn mixed(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], moved: &[(usize, f64)], most: usize) -> Result<Solved, Failure> {
+        let (mut first_residual, mut smallest) = (0.0, f64::INFINITY);
+        let mut movement = f64::INFINITY;
+        for iteration in 1..=most as u64 {
+            potentials.iter_mut().for_each(|p| p.prepare(x));
+            let moving = iteration == 1 && !moved.is_empty();
+            if moving {
+                let mut prescribed = vec![0.0; x.len()];
+                moved.iter().for_each(|&(i, d)| prescribed[i] = d);
+                self.system.prescribed = Some(prescribed);
+            }
+            self.assemble(potentials, x, Curvature::Mixed);
+            self.system.prescribed = None;
+            self.counters.newton_iterations += 1;
+            let residual = self.system.gradient.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+            if iteration == 1 {
+                first_residual = residual;
+            }
+            let negative_pivots = self.solve_linear(Kind::Ldlt)?;
+            if moving {
+                moved.iter().for_each(|&(i, d)| self.dx[i] = d);
+            }
+            movement = self.movement();
+            log::trace!("mixed {iteration}: movement {movement:e} m, residual {residual:e}, negative pivots {negative_pivots}");
+            if !(movement < 3.0 * self.settings.diameter) {
+                return Err(Failure::NotContracting(movement));
+            }
+            potentials.iter_mut().for_each(|p| p.extrapolate(x, &self.dx));
+            x.iter_mut().zip(&self.dx).for_each(|(x, d)| *x += d);
+            if movement <= self.settings.tolerance {
+                potentials.iter_mut().for_each(|p| p.prepare(x));
+                let residual = if first_residual > 0.0 { residual / first_residual } else { 0.0 };
+                return Ok(Solved { iterations: iteration, increment: movement, residual, negative_pivots });
+            }
+            smallest = smallest.min(movement);
+            if iteration > 6 && movement > 1e3 * smallest {
+                break;
+            }
+        }
+        Err(Failure::NotContracting(movement))
+    }
+
+    /// Descent on the energy with a positive semidefinite Hessian, then mixed iterations near the minimum.
+    fn descend(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<Solved, Failure> {
+        let mut movement = f64::INFINITY;
+        let mut polish_below = 1e-2 * self.settings.diameter;
+        for iteration in 1..=4 * self.settings.max_iterations as u64 {
+            potentials.iter_mut().for_each(|p| p.prepare(x));
+            let energy = self.assemble(potentials, x, Curvature::Projected);
+            self.counters.fallback_iterations += 1;
+            self.solve_shifted()?;
+            let slope: f64 = self.solution.iter().zip(&self.system.gradient).map(|(s, g)| s * g).sum();
+            let mut fraction = potentials.iter().map(|p| p.max_step(x, &self.dx)).fold(1.0, f64::min);
+            // Round-off of the energy hides decreases below this.
+            let noise = 1e-14 * energy.abs();
+            loop {
+                self.trial.iter_mut().zip(x.iter().zip(&self.dx)).for_each(|(t, (x, d))| *t = x + fraction * d);
+                let trial: f64 = potentials.iter().map(|p| p.energy(&self.trial)).sum();
+                if trial <= energy + ARMIJO * fraction * slope + noise {
+                    break;
+                }
+                fraction *= 0.5;
+                if !(fraction > 1e-12) {
+                    return Err(Failure::NotContracting(self.movement()));
+                }
+            }
+            movement = fraction * self.movement();
+            log::trace!("descent {iteration}: energy {energy:e} J, fraction {fraction}, movement {movement:e} m");
+            x.copy_from_slice(&self.trial);
+            if !movement.is_finite() {
+                break;
+            }
+            if movement <= polish_below || movement <= self.settings.tolerance {
+                let kept = x.to_vec();
+                potentials.iter_mut().for_each(|p| {
+                    p.prepare(x);
+                    p.restart(x);
+                });
+                let kept_energy: f64 = potentials.iter().map(|p| p.energy(x)).sum();
+                if let Ok(solved) = self.mixed(potentials, x, &[], self.settings.max_iterations) {
+                    let reached: f64 = potentials.iter().map(|p| p.energy(x)).sum();
+                    if reached <= kept_energy + 1e-9 * kept_energy.abs() {
+                        return Ok(Solved { iterations: iteration + solved.iterations, ..solved });
+                    }
+                }
+                x.copy_from_slice(&kept);
+                polish_below = 0.03 * movement;
+            }
+        }
+        Err(Failure::NotContracting(movement))
+    }
+
+    /// Solves with the projected matrix, shifted by a growing part of its diagonal while it is not positive definite.
+    fn solve_shifted(&mut self) -> Result<(), Failure> {
+        let mut shift = 0.0;
+        loop {
+            match self.solve_linear(Kind::Llt) {
+                Ok(_) if self.dx.iter().all(|d| d.is_finite()) => return Ok(()),
+                Err(failure) if shift > 1e-3 => return Err(failure),
+                _ if shift > 1e-3 => return Err(Failure::NotContracting(f64::INFINITY)),
+                _ => {}
+            }
+            let next = if shift == 0.0 { 1e-12 } else { 1e3 * shift };
+            for j in 0..self.pattern.len() {
+                let diagonal = &mut self.system.matrix[self.pattern.column_start[j] as usize];
+                *diagonal *= (1.0 + next) / (1.0 + shift);
+            }
+            shift = next;
+        }
+    }
+}
