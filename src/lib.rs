@@ -2,6 +2,7 @@
 
 pub mod case;
 pub mod error;
+pub mod math;
 pub mod mesh;
 pub mod scene;
 
