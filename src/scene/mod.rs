@@ -1,24 +1,43 @@
 //! What a scene file may say: plain data, one file per table, every field with its unit and range.
 //!
-//! A [`Scene`] is what the user said, with defaults filled in; `stage::build` makes objects from it. Nothing here computes.
+//! A [`Scene`] is what the user said, with defaults filled in and ranges checked; `stage` makes objects from it. Nothing here computes.
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
 mod load;
 mod mesh;
+mod read;
 mod report;
 mod rest;
 mod shell;
 mod solve;
+mod source;
+mod suspicion;
+mod validate;
+
+use crate::math::Expression;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use load::{Axis, Gravity, Motion, Pin, PinDirector};
 pub use mesh::{Annulus, Cylinder, Disc, MeshFile, MeshTable, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation};
+pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
 pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
 pub use shell::{Director, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Solver, Statics};
+pub use suspicion::suspicions;
+
+/// Variables of an expression of time: t [s], in statics the load factor.
+pub const TIME: &[&str] = &["t"];
+/// Variables of an expression of place: x, y, z, r = sqrt(x^2 + y^2) [m] and theta = atan2(y, x) [rad] in the initial shape.
+pub const PLACE: &[&str] = &["x", "y", "z", "r", "theta"];
+/// Variables of an expression of place and time.
+pub const PLACE_AND_TIME: &[&str] = &["x", "y", "z", "r", "theta", "t"];
+/// Variables of an expression of the place in the xy plane and of time.
+pub const PLANE_AND_TIME: &[&str] = &["x", "y", "r", "theta", "t"];
+/// Variables of a prescribed motion: initial place and time.
+pub const POSITION_AND_TIME: &[&str] = &["x", "y", "z", "t"];
 
 /// An expression of place and time, as text: `"0.1 * sin(2 * PI * x)"`, or a plain number.
 ///
@@ -31,6 +50,19 @@ pub enum Expr {
     Number(f64),
     /// An expression.
     Text(String),
+}
+
+impl Expr {
+    /// The expression ready for evaluation; `variables` is the list above that the field's doc says.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn parse(&self, variables: &[&str]) -> Result<Expression, String> {
+        match self {
+            Expr::Number(value) => Ok(Expression::constant(*value)),
+            Expr::Text(text) => Expression::parse(text, variables),
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for Expr {

@@ -24,7 +24,7 @@ pub struct Dynamics {
     pub dt: f64,
     /// End [s], > 0.
     pub end: f64,
-    /// Initial velocity of every vertex [m/s]. Absent: at rest.
+    /// Initial velocity of every vertex [m/s], of x, y, z, r, theta. Absent: at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[super::Expr; 3]>,
 }

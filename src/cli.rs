@@ -1,0 +1,192 @@
+//! The command line: verbs and flags, and which stage each of them calls. Computes nothing.
+
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::stage::{self, Job};
+use clap::{ArgAction, Args, Parser, Subcommand};
+use log::LevelFilter;
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Target of log records that go to the file of `--log` but not to standard error, which shows them in another form.
+pub const FILE_ONLY: &str = "file-only";
+
+/// Simulates thin shells whose rest shape changes: paper that takes up water, leaves that grow, sheets that curl.
+///
+/// A scene is a TOML file. Stages turn it into a case, a folder of files; each stage reads what the one before it wrote.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    max_term_width = 110,
+    arg_required_else_help = true,
+    after_help = "\
+Example:
+  thinshell all configs/analytic/cylinder.toml      everything, into cases/cylinder
+  thinshell report cases/cylinder                   what the scene expects, and what came out
+
+Exit codes: 0 done, 1 an expectation of the scene was missed, 2 bad input or stale file, 3 the equations could not be
+solved (the last good checkpoint is kept), 130 and 143 stopped by a signal after a last checkpoint."
+)]
+pub struct CommandLine {
+    #[command(subcommand)]
+    verb: Verb,
+    /// Say more; twice: everything.
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    verbose: u8,
+    /// Say only what is wrong, and show no progress.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Also append all messages to this file, with the time since the start.
+    #[arg(long, global = true, value_name = "FILE")]
+    log: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Check a scene and print which parts it has; write nothing.
+    ///
+    /// Example: thinshell check scene.toml --set shell.thickness=1e-4
+    Check(SceneArgs),
+    /// Make the mesh (mesh.h5).
+    ///
+    /// Example: thinshell mesh scene.toml --set 'mesh.rectangle.cells=[40, 8]'
+    Mesh(SceneArgs),
+    /// Make rest forms, materials, supports and the first state (setup.h5).
+    ///
+    /// Example: thinshell setup scene.toml
+    Setup(SceneArgs),
+    /// Simulate, from the newest valid checkpoint on (run/, history.csv).
+    ///
+    /// Example: thinshell run scene.toml --restart
+    Run {
+        #[command(flatten)]
+        scene: SceneArgs,
+        #[command(flatten)]
+        options: stage::run::Options,
+    },
+    /// Write the checkpoints as VTK files (vtk/).
+    ///
+    /// Example: thinshell export scene.toml
+    Export(SceneArgs),
+    /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time.
+    ///
+    /// Examples:
+    ///   thinshell report cases/cylinder cases/sphere --json all.json
+    ///   thinshell report --ladder scene.toml
+    #[command(verbatim_doc_comment)]
+    Report(ReportArgs),
+    /// Print which stages of a case are done, stale or missing.
+    ///
+    /// Example: thinshell status scene.toml
+    Status(SceneArgs),
+    /// Do every stage that is out of date, from mesh to report.
+    ///
+    /// Example: thinshell all scene.toml --case /tmp/try-1
+    All(SceneArgs),
+    /// Print the JSON schema of scene files, for editors that complete and check them.
+    ///
+    /// Example: thinshell schema > scene.schema.json
+    Schema,
+}
+
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// The scene file.
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+    /// Folder of the case [default: cases/<name of the scene file>].
+    #[arg(long, value_name = "DIR")]
+    case: Option<PathBuf>,
+    #[command(flatten)]
+    overrides: Overrides,
+}
+
+#[derive(Debug, Args)]
+struct Overrides {
+    /// Another value for a key of the scene: shell.thickness=1e-4, pin.0.region=left. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+struct ReportArgs {
+    /// Folders of cases, or scene files, which stand for cases/<name of the scene file>.
+    #[arg(value_name = "CASE_OR_SCENE", required_unless_present = "ladder")]
+    targets: Vec<PathBuf>,
+    /// Run this scene at the resolutions of its [report.ladder] and tabulate error against run time.
+    #[arg(long, value_name = "SCENE.toml", conflicts_with = "targets")]
+    ladder: Option<PathBuf>,
+    /// Also write everything as JSON to this file.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    overrides: Overrides,
+}
+
+impl CommandLine {
+    /// Calls the stage.
+    ///
+    /// # Errors
+    /// The stage's own.
+    pub fn run(&self) -> Result<()> {
+        match &self.verb {
+            Verb::Check(scene) => stage::check::run(&self.job(scene)?),
+            Verb::Mesh(scene) => stage::mesh::run(&self.job(scene)?),
+            Verb::Setup(scene) => stage::setup::run(&self.job(scene)?),
+            Verb::Run { scene, options } => stage::run::run(&self.job(scene)?, options),
+            Verb::Export(scene) => stage::export::run(&self.job(scene)?),
+            Verb::Report(ReportArgs { ladder: Some(scene), json, overrides, .. }) => {
+                stage::report::ladder(&Job::read(scene, None, &overrides.set, self.quiet)?, json.as_deref())
+            }
+            Verb::Report(ReportArgs { targets, json, overrides, .. }) => {
+                stage::report::run(targets, &overrides.set, json.as_deref(), self.quiet)
+            }
+            Verb::Status(scene) => stage::status::run(&self.job(scene)?),
+            Verb::All(scene) => stage::all::run(&self.job(scene)?),
+            Verb::Schema => schema(),
+        }
+    }
+
+    fn job(&self, arguments: &SceneArgs) -> Result<Job> {
+        Job::read(&arguments.scene, arguments.case.as_deref(), &arguments.overrides.set, self.quiet)
+    }
+
+    /// Sends log records to standard error, and to the file of `--log`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if that file cannot be opened.
+    pub fn start_log(&self) -> Result<()> {
+        let level = match (self.quiet, self.verbose) {
+            (true, _) => LevelFilter::Warn,
+            (false, 0) => LevelFilter::Info,
+            (false, 1) => LevelFilter::Debug,
+            (false, _) => LevelFilter::Trace,
+        };
+        // Written by hand: a broken standard error must not stop the run.
+        let stderr = fern::Output::call(|record| {
+            let mark = match record.level() {
+                log::Level::Error => "error: ",
+                log::Level::Warn => "warning: ",
+                _ => "",
+            };
+            let _ = writeln!(std::io::stderr(), "{mark}{}", record.args());
+        });
+        let stderr = fern::Dispatch::new().level(level).filter(|metadata| metadata.target() != FILE_ONLY).chain(stderr);
+        let mut log = fern::Dispatch::new().chain(stderr);
+        if let Some(path) = &self.log {
+            let file = fern::log_file(path).map_err(|source| Error::io("open", path, source))?;
+            let start = Instant::now();
+            let form = move |out: fern::FormatCallback, message: &std::fmt::Arguments, record: &log::Record| {
+                out.finish(format_args!("{:10.3} s {:5} {message}", start.elapsed().as_secs_f64(), record.level()));
+            };
+            log = log.chain(fern::Dispatch::new().level(level.max(LevelFilter::Debug)).format(form).chain(file));
+        }
+        log.apply().map_err(|error| Error::input("log", error.to_string()))
+    }
+}
+
+fn schema() -> Result<()> {
+    let schema = serde_json::to_string_pretty(&schemars::schema_for!(Scene)).map_err(|error| Error::input("schema", error.to_string()))?;
+    stage::print(&schema)
+}

@@ -1,0 +1,125 @@
+//! From a file and `--set` overrides to a checked [`Scene`], and back to text.
+
+use super::{
+    Scene,
+    source::{Fault, Override, Source},
+    validate,
+};
+use crate::error::{Error, Result};
+use serde::Deserialize;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use toml_edit::{Document, de};
+
+/// Largest scene file that is read [bytes].
+const SIZE_LIMIT: u64 = 10 * 1024 * 1024;
+
+/// A scene together with where it came from.
+#[derive(Clone, Debug)]
+pub struct SceneFile {
+    /// The checked scene.
+    pub scene: Scene,
+    /// The file.
+    pub path: PathBuf,
+    /// The file's text with the overrides put in; what a case depends on.
+    pub text: String,
+}
+
+/// Reads and checks a scene file; each of `overrides` is a `key=value` with a dotted key, applied in this order.
+///
+/// # Errors
+/// [`Error::Io`] or [`Error::Input`] if the file cannot be read as text, [`Error::Scene`] with the first fault in it.
+pub fn read(path: &Path, overrides: &[String]) -> Result<SceneFile> {
+    let text = read_text(path)?;
+    let (scene, text) = parse(&path.display().to_string(), &text, overrides)?;
+    Ok(SceneFile { scene, path: path.to_path_buf(), text })
+}
+
+/// [`read`] for a text; `name` is how messages call it. Returns the scene and the text with the overrides put in.
+///
+/// # Errors
+/// [`Error::Scene`] with the first fault.
+pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<(Scene, String)> {
+    let overrides = overrides.iter().map(|text| Override::parse(text)).collect::<Result<Vec<_>>>()?;
+    let source = Source::new(name, text, overrides)?;
+    let scene = deserialize(source.merged()).map_err(|fault| source.error(fault))?;
+    validate::scene(&scene).map_err(|fault| source.error(fault))?;
+    Ok((scene, source.merged().raw().to_owned()))
+}
+
+/// The scene as a TOML text with every default written out; [`parse`] makes an equal scene of it.
+///
+/// # Panics
+/// If a whole number exceeds `i64::MAX`, which no file can say.
+pub fn to_toml(scene: &Scene) -> String {
+    toml_edit::ser::to_string_pretty(scene).expect("a scene is made of tables, arrays and numbers that TOML has")
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    let refuse = |message: String| Err(Error::input(path.display().to_string(), message));
+    let metadata = std::fs::metadata(path).map_err(|source| Error::io("read", path, source))?;
+    if metadata.is_dir() {
+        return refuse("this is a folder, a scene file is expected".to_owned());
+    }
+    if !metadata.is_file() {
+        return refuse("this is not a regular file".to_owned());
+    }
+    let mut bytes = Vec::new();
+    // The limit is put on what is read, because a file may grow between the look at its size and its reading.
+    let file = std::fs::File::open(path).map_err(|source| Error::io("read", path, source))?;
+    file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes).map_err(|source| Error::io("read", path, source))?;
+    if bytes.len() as u64 > SIZE_LIMIT {
+        return refuse(format!("larger than the {} MB that a scene file may have", SIZE_LIMIT >> 20));
+    }
+    if bytes.contains(&0) {
+        return refuse("this is a binary file, a scene in TOML is expected".to_owned());
+    }
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+            return refuse(format!("not UTF-8 text, first on line {line} (byte {at})"));
+        }
+    };
+    if text.trim().is_empty() {
+        return refuse("the file is empty, a scene in TOML is expected".to_owned());
+    }
+    Ok(text)
+}
+
+fn deserialize(document: &Document<String>) -> Result<Scene, Fault> {
+    Scene::deserialize(de::Deserializer::from(document.clone())).map_err(|error| {
+        let key = error.span().map(|span| super::source::locate(document.as_item(), &span)).unwrap_or_default();
+        explain(error.message(), key)
+    })
+}
+
+/// Turns serde's words into ours, for the part of the file at `key`.
+fn explain(message: &str, mut key: Vec<String>) -> Fault {
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let choice = |of_key, message: String| {
+        let [wrong, allowed @ ..] = quoted.as_slice() else { return Fault::new(key.clone(), message) };
+        let nearest = allowed.iter().map(|name| (strsim::osa_distance(wrong, name), *name)).min();
+        let near = nearest.filter(|(distance, name)| *distance <= 1 + name.len() / 3);
+        let mut help = near.map(|(_, name)| format!("did you mean `{name}`? ")).unwrap_or_default();
+        help += &format!("Allowed here: {}", allowed.join(", "));
+        Fault { key: key.clone(), message, help: Some(help), of_key }
+    };
+    if message.starts_with("unknown field") {
+        choice(true, "unknown key".to_owned())
+    } else if message.starts_with("unknown variant") {
+        choice(false, format!("`{}` is not a choice here", quoted.first().unwrap_or(&"")))
+    } else if let (true, Some(missing)) = (message.starts_with("missing field"), quoted.first()) {
+        key.push((*missing).to_owned());
+        Fault::new(key, "this key is missing")
+    } else if message.starts_with("wanted exactly 1 element") {
+        Fault::new(key, "exactly one kind must be given here")
+    } else {
+        let mut message = message.trim_end().replace('\n', ", ");
+        for (theirs, ours) in [("f64", "a number"), ("usize", "a whole number >= 0"), ("u64", "a whole number >= 0")] {
+            message = message.replace(&format!("expected {theirs}"), &format!("expected {ours}"));
+        }
+        Fault::new(key, message)
+    }
+}

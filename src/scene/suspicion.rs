@@ -1,0 +1,53 @@
+//! Values that are allowed but look like a slip of the unit.
+
+use super::{MeshTable, Scene};
+
+/// One sentence per value that is probably given in a wrong unit; empty for most scenes. Not errors.
+pub fn suspicions(scene: &Scene) -> Vec<String> {
+    let mut found = Vec::new();
+    let size = mesh_size(&scene.mesh);
+    let shell = &scene.shell;
+    let whole = ("shell".to_owned(), [Some(shell.thickness), Some(shell.youngs_modulus), shell.density]);
+    let parts = shell.regions.iter().enumerate();
+    let parts = parts.map(|(i, part)| (format!("shell.region.{i}"), [part.thickness, part.youngs_modulus, part.density]));
+    for (key, [thickness, modulus, density]) in std::iter::once(whole).chain(parts) {
+        if let Some(thickness) = thickness {
+            if thickness > 0.1 {
+                found.push(format!("{key}.thickness = {thickness} m is thick for a shell; is it in mm?"));
+            } else if size.is_some_and(|size| thickness > size / 10.0) {
+                found.push(format!("{key}.thickness = {thickness} m is more than a tenth of the mesh's size; are both in m?"));
+            }
+        }
+        if let Some(modulus) = modulus.filter(|modulus| !(1e2..=1e13).contains(modulus)) {
+            found.push(format!("{key}.youngs_modulus = {modulus:e} Pa is outside 1e2 to 1e13; is it in MPa or GPa?"));
+        }
+        if let Some(density) = density.filter(|density| !(1.0..=30_000.0).contains(density)) {
+            found.push(format!("{key}.density = {density} kg/m3 is outside 1 to 30000; is it in g/cm3 or per area?"));
+        }
+    }
+    if let Some(size) = size.filter(|size| *size > 1e3) {
+        found.push(format!("the mesh is {size} m across; is it in mm?"));
+    }
+    if let Some(dynamics) = scene.dynamics.as_ref().filter(|dynamics| dynamics.dt > dynamics.end) {
+        found.push(format!("dynamics.dt = {} s is longer than the whole run of {} s", dynamics.dt, dynamics.end));
+    }
+    found
+}
+
+/// The smallest length of the surface that a generator says [m]; unknown for a file.
+fn mesh_size(mesh: &MeshTable) -> Option<f64> {
+    match mesh {
+        MeshTable::Rectangle(table) => Some(table.size[0].min(table.size[1])),
+        MeshTable::Disc(table) => Some(2.0 * table.radius),
+        MeshTable::Annulus(table) => Some(table.radii[1] - table.radii[0]),
+        MeshTable::Cylinder(table) => Some(table.length.min(table.radius * table.angle.to_radians())),
+        MeshTable::SphereCap(table) => Some(2.0 * table.radius * table.half_angle.to_radians()),
+        MeshTable::Outline(table) => (0..2)
+            .map(|axis| {
+                let values = table.points.iter().map(|point| point[axis]);
+                values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+            })
+            .reduce(f64::min),
+        MeshTable::File(_) => None,
+    }
+}

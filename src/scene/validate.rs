@@ -1,0 +1,304 @@
+//! Ranges of the fields and rules between them, beyond what their types say. Stops at the first fault.
+//!
+//! What depends on the mesh (whether a region exists, whether it has faces) is not checked here.
+
+use super::source::Fault;
+use super::*;
+use std::ops::RangeInclusive;
+
+type Check = Result<(), Fault>;
+
+const CELLS: RangeInclusive<usize> = 1..=10_000;
+const RINGS: RangeInclusive<usize> = 1..=5_000;
+
+fn fault(key: &str, message: impl Into<String>) -> Fault {
+    Fault::new(key.split('.').filter(|part| !part.is_empty()).map(str::to_owned).collect(), message)
+}
+
+fn require(key: &str, condition: bool, message: impl Into<String>) -> Check {
+    if condition { Ok(()) } else { Err(fault(key, message)) }
+}
+
+fn positive(key: &str, value: f64, unit: &str) -> Check {
+    require(key, value > 0.0 && value.is_finite(), format!("must be > 0 [{unit}]"))
+}
+
+fn positive_or_absent(key: &str, value: Option<f64>, unit: &str) -> Check {
+    value.map_or(Ok(()), |value| positive(key, value, unit))
+}
+
+fn finite(key: &str, values: &[f64], unit: &str) -> Check {
+    require(key, values.iter().all(|value| value.is_finite()), format!("must be finite [{unit}]"))
+}
+
+fn within<T: PartialOrd + std::fmt::Display>(key: &str, value: T, range: RangeInclusive<T>) -> Check {
+    require(key, range.contains(&value), format!("must be {} to {}", range.start(), range.end()))
+}
+
+fn non_zero(key: &str, vector: &[f64; 3]) -> Check {
+    finite(key, vector, "1")?;
+    require(key, vector.iter().any(|component| component.abs() > 1e-100), "must not be the zero vector")
+}
+
+fn named(key: &str, name: &str) -> Check {
+    require(key, !name.trim().is_empty(), "must not be empty")
+}
+
+/// The expression parses with these variables; a constant one must be finite.
+fn expression(key: &str, text: &Expr, variables: &[&str]) -> Check {
+    let parsed = text.parse(variables).map_err(|message| fault(key, message))?;
+    require(key, !parsed.is_constant() || parsed.eval(&[]).is_finite(), "must be finite")
+}
+
+fn optional_expression(key: &str, text: &Option<Expr>, variables: &[&str]) -> Check {
+    text.as_ref().map_or(Ok(()), |text| expression(key, text, variables))
+}
+
+fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Expr>, variables: &[&str]) -> Check {
+    texts.into_iter().enumerate().try_for_each(|(i, text)| expression(&format!("{key}.{i}"), text, variables))
+}
+
+/// Every rule.
+pub(super) fn scene(scene: &Scene) -> Check {
+    mesh(&scene.mesh)?;
+    regions(&scene.regions)?;
+    shell(scene)?;
+    if let Some(table) = &scene.rest {
+        rest(table)?;
+    }
+    if let Some(gravity) = &scene.gravity {
+        finite("gravity.acceleration", &gravity.acceleration, "m/s2")?;
+        optional_expression("gravity.factor", &gravity.factor, TIME)?;
+    }
+    for (i, table) in scene.pins.iter().enumerate() {
+        pin(&format!("pin.{i}"), table)?;
+    }
+    time(scene)?;
+    within("solver.tolerance", scene.solver.tolerance, 1e-14..=1e-2)?;
+    within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
+    within("solver.max_halvings", scene.solver.max_halvings, 0..=40)?;
+    positive_or_absent("output.interval", scene.output.interval, "s")?;
+    scene.report.as_ref().map_or(Ok(()), |table| report(table, &scene.mesh))
+}
+
+fn cells(key: &str, cells: [usize; 2], least: [usize; 2]) -> Check {
+    (0..2).try_for_each(|i| within(&format!("{key}.{i}"), cells[i], least[i]..=*CELLS.end()))
+}
+
+fn mesh(mesh: &MeshTable) -> Check {
+    let structured = |key, pattern| require(key, pattern != Pattern::Delaunay, "`delaunay` exists for rectangles only");
+    match mesh {
+        MeshTable::Rectangle(table) => {
+            positive("mesh.rectangle.size.0", table.size[0], "m")?;
+            positive("mesh.rectangle.size.1", table.size[1], "m")?;
+            cells("mesh.rectangle.cells", table.cells, [1, 1])?;
+            jitter("mesh.rectangle.jitter", table.jitter, table.pattern)?;
+            let Some(triangles) = &table.triangulation else { return Ok(()) };
+            let key = "mesh.rectangle.triangulation";
+            require(key, table.pattern == Pattern::Delaunay, "needs `pattern = \"delaunay\"`")?;
+            triangulation(key, triangles)
+        }
+        MeshTable::Disc(table) => {
+            positive("mesh.disc.radius", table.radius, "m")?;
+            within("mesh.disc.rings", table.rings, RINGS)
+        }
+        MeshTable::Annulus(table) => {
+            let [inner, outer] = table.radii;
+            positive("mesh.annulus.radii.0", inner, "m")?;
+            require("mesh.annulus.radii.1", outer > inner && outer.is_finite(), "must be larger than the inner radius [m]")?;
+            cells("mesh.annulus.cells", table.cells, [1, 3])?;
+            structured("mesh.annulus.pattern", table.pattern)
+        }
+        MeshTable::Cylinder(table) => {
+            positive("mesh.cylinder.radius", table.radius, "m")?;
+            positive("mesh.cylinder.length", table.length, "m")?;
+            require("mesh.cylinder.angle", table.angle > 0.0 && table.angle <= 360.0, "must be > 0 and <= 360 [degrees]")?;
+            cells("mesh.cylinder.cells", table.cells, [if table.angle == 360.0 { 3 } else { 1 }, 1])?;
+            structured("mesh.cylinder.pattern", table.pattern)
+        }
+        MeshTable::SphereCap(table) => {
+            positive("mesh.sphere-cap.radius", table.radius, "m")?;
+            let angle = table.half_angle;
+            require("mesh.sphere-cap.half_angle", angle > 0.0 && angle < 180.0, "must be > 0 and < 180 [degrees]")?;
+            within("mesh.sphere-cap.rings", table.rings, RINGS)
+        }
+        MeshTable::Outline(table) => {
+            polygon("mesh.outline.points", &table.points)?;
+            for (i, hole) in table.holes.iter().enumerate() {
+                polygon(&format!("mesh.outline.holes.{i}"), hole)?;
+            }
+            triangulation("mesh.outline.triangulation", &table.triangulation)
+        }
+        MeshTable::File(table) => {
+            require("mesh.file.path", !table.path.as_os_str().is_empty(), "must not be empty")?;
+            positive("mesh.file.scale", table.scale, "m per unit of the file")
+        }
+    }
+}
+
+fn jitter(key: &str, jitter: f64, pattern: Pattern) -> Check {
+    within(key, jitter, 0.0..=0.45)?;
+    require(key, jitter == 0.0 || pattern != Pattern::Delaunay, "cannot be combined with the pattern `delaunay`")
+}
+
+fn triangulation(key: &str, table: &Triangulation) -> Check {
+    positive(&format!("{key}.size"), table.size, "m")?;
+    within(&format!("{key}.min_angle"), table.min_angle, 0.0..=30.0)
+}
+
+fn polygon(key: &str, points: &[[f64; 2]]) -> Check {
+    require(key, points.len() >= 3, format!("has {} corners, must have at least 3", points.len()))?;
+    for (i, point) in points.iter().enumerate() {
+        let key = format!("{key}.{i}");
+        finite(&key, point, "m")?;
+        require(&key, points[(i + 1) % points.len()] != *point, "is the same as the next corner")?;
+    }
+    Ok(())
+}
+
+fn regions(regions: &[RegionTable]) -> Check {
+    for (i, table) in regions.iter().enumerate() {
+        let key = format!("region.{i}");
+        named(&format!("{key}.name"), &table.name)?;
+        let new = regions[..i].iter().all(|other| other.name != table.name);
+        require(&format!("{key}.name"), new, "a region of this name comes before")?;
+        require(&key, table.condition.is_some() != table.nearest.is_some(), "exactly one of `where` and `nearest` must be given")?;
+        optional_expression(&format!("{key}.where"), &table.condition, PLACE)?;
+        finite(&format!("{key}.nearest"), table.nearest.as_ref().map_or(&[], |point| point), "m")?;
+    }
+    Ok(())
+}
+
+fn shell(scene: &Scene) -> Check {
+    let shell = &scene.shell;
+    material("shell", Some(shell.thickness), Some(shell.youngs_modulus), Some(shell.poissons_ratio), shell.density)?;
+    positive_or_absent("shell.viscosity", shell.viscosity, "s")?;
+    let user = if scene.dynamics.is_some() { Some("dynamics") } else { scene.gravity.as_ref().map(|_| "gravity") };
+    if let (Some(user), None) = (user, shell.density) {
+        return Err(fault("shell.density", format!("this key is missing, and [{user}] needs it [kg/m3]")));
+    }
+    require("shell.viscosity", shell.viscosity.is_none() || scene.dynamics.is_some(), "has no meaning without [dynamics]")?;
+    for (i, table) in shell.regions.iter().enumerate() {
+        let key = format!("shell.region.{i}");
+        named(&format!("{key}.region"), &table.region)?;
+        material(&key, table.thickness, table.youngs_modulus, table.poissons_ratio, table.density)?;
+    }
+    Ok(())
+}
+
+fn material(key: &str, thickness: Option<f64>, modulus: Option<f64>, ratio: Option<f64>, density: Option<f64>) -> Check {
+    positive_or_absent(&format!("{key}.thickness"), thickness, "m")?;
+    positive_or_absent(&format!("{key}.youngs_modulus"), modulus, "Pa")?;
+    let valid = ratio.is_none_or(|ratio| ratio > -1.0 && ratio < 0.5);
+    require(&format!("{key}.poissons_ratio"), valid, "must be > -1 and < 0.5")?;
+    positive_or_absent(&format!("{key}.density"), density, "kg/m3")
+}
+
+fn rest(rest: &Rest) -> Check {
+    optional_expression("rest.ramp", &rest.ramp, TIME)?;
+    if let Some(Ok(ramp)) = rest.ramp.as_ref().map(|ramp| ramp.parse(TIME)) {
+        require("rest.ramp", !ramp.is_constant() || (0.0..=1.0).contains(&ramp.eval(&[])), "must be 0 to 1")?;
+    }
+    require("rest", rest.pullback.is_none() || rest.linear.is_none(), "at most one law may be given, found `pullback` and `linear`")?;
+    if let Some(law) = &rest.pullback {
+        expressions("rest.pullback.abar", law.abar.iter().flatten(), PLANE_AND_TIME)?;
+        expressions("rest.pullback.bbar", law.bbar.iter().flatten(), PLANE_AND_TIME)?;
+    }
+    let Some(law) = &rest.linear else { return Ok(()) };
+    expression("rest.linear.m_plus", &law.m_plus, PLACE_AND_TIME)?;
+    expression("rest.linear.m_minus", &law.m_minus, PLACE_AND_TIME)?;
+    finite("rest.linear.mu", &[law.mu], "1/%")?;
+    if let Some(mu) = law.mu_perp {
+        finite("rest.linear.mu_perp", &[mu], "1/%")?;
+        require("rest.linear.mu_perp", law.machine_direction.is_some(), "needs `machine_direction` beside it")?;
+    }
+    let Some(direction) = &law.machine_direction else { return Ok(()) };
+    require("rest.linear.machine_direction", law.mu_perp.is_some(), "needs `mu_perp` beside it")?;
+    match direction {
+        Direction::Vector(vector) => non_zero("rest.linear.machine_direction.vector", vector),
+        Direction::Angle(angle) => expression("rest.linear.machine_direction.angle", angle, PLACE),
+    }
+}
+
+fn pin(key: &str, pin: &Pin) -> Check {
+    named(&format!("{key}.region"), &pin.region)?;
+    let held = format!("{key}.components");
+    require(&held, !pin.components.is_empty() || pin.director.is_some(), "holds nothing; name a component or a director")?;
+    for (i, axis) in pin.components.iter().enumerate() {
+        require(&held, !pin.components[..i].contains(axis), "a component is repeated")?;
+    }
+    if let Some(PinDirector::Symmetry(normal)) = &pin.director {
+        non_zero(&format!("{key}.director.symmetry"), normal)?;
+    }
+    let Some(motion) = &pin.motion else { return Ok(()) };
+    let mut moves = false;
+    for (name, axis, text) in [("x", Axis::X, &motion.x), ("y", Axis::Y, &motion.y), ("z", Axis::Z, &motion.z)] {
+        let Some(text) = text else { continue };
+        let key = format!("{key}.motion.{name}");
+        require(&key, pin.components.contains(&axis), format!("`{name}` is not among the held `components`"))?;
+        expression(&key, text, POSITION_AND_TIME)?;
+        moves = true;
+    }
+    require(&format!("{key}.motion"), moves, "must give x, y or z")
+}
+
+fn time(scene: &Scene) -> Check {
+    match (&scene.statics, &scene.dynamics) {
+        (None, None) => Err(fault("", "exactly one of [statics] and [dynamics] must be given, found none")),
+        (Some(_), Some(_)) => Err(fault("dynamics", "exactly one of [statics] and [dynamics] must be given, found both")),
+        (Some(statics), None) => within("statics.steps", statics.steps, 1..=100_000),
+        (None, Some(dynamics)) => {
+            positive("dynamics.dt", dynamics.dt, "s")?;
+            positive("dynamics.end", dynamics.end, "s")?;
+            expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)
+        }
+    }
+}
+
+fn report(report: &Report, mesh: &MeshTable) -> Check {
+    for (i, table) in report.expectations.iter().enumerate() {
+        let key = |name: &str| format!("report.expect.{i}.{name}");
+        named(&key("name"), &table.name)?;
+        let new = report.expectations[..i].iter().all(|other| other.name != table.name);
+        require(&key("name"), new, "an expectation of this name comes before")?;
+        measure(&key("measure"), &table.measure)?;
+        finite(&key("reference"), &[table.reference], "unit of the measure")?;
+        require(&key("tolerance"), table.tolerance >= 0.0 && table.tolerance.is_finite(), "must be >= 0 [unit of the measure]")?;
+        named(&key("source"), &table.source)?;
+        require(&key("time"), table.time.is_none_or(|time| time >= 0.0 && time.is_finite()), "must be >= 0 [s]")?;
+    }
+    report.ladder.as_ref().map_or(Ok(()), |table| ladder(table, mesh))
+}
+
+fn measure(key: &str, measure: &Measure) -> Check {
+    match measure {
+        Measure::Displacement { at, .. } => finite(&format!("{key}.displacement.at"), at, "m"),
+        Measure::CylinderDistance { radius } => positive(&format!("{key}.cylinder-distance.radius"), *radius, "m"),
+        Measure::Field { name, component, .. } => {
+            named(&format!("{key}.field.name"), name)?;
+            within(&format!("{key}.field.component"), *component, 0..=8)
+        }
+        Measure::History { column } => named(&format!("{key}.history.column"), column),
+        Measure::NewtonIterations | Measure::Factorizations => Ok(()),
+    }
+}
+
+fn ladder(ladder: &Ladder, mesh: &MeshTable) -> Check {
+    measure("report.ladder.measure", &ladder.measure)?;
+    finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
+    let key = "report.ladder.resolutions";
+    require(key, !ladder.resolutions.is_empty(), "must not be empty")?;
+    for (i, &factor) in ladder.resolutions.iter().enumerate() {
+        positive(&format!("{key}.{i}"), factor, "1")?;
+        require(&format!("{key}.{i}"), i == 0 || ladder.resolutions[i - 1] < factor, "must be larger than the one before")?;
+    }
+    for (i, table) in ladder.meshes.iter().enumerate() {
+        let key = format!("report.ladder.meshes.{i}");
+        require(&key, matches!(mesh, MeshTable::Rectangle(_)), "variants exist for [mesh.rectangle] only")?;
+        named(&format!("{key}.name"), &table.name)?;
+        let new = ladder.meshes[..i].iter().all(|other| other.name != table.name);
+        require(&format!("{key}.name"), new, "a mesh of this name comes before")?;
+        jitter(&format!("{key}.jitter"), table.jitter, table.pattern)?;
+    }
+    ladder.thicknesses.iter().enumerate().try_for_each(|(i, &value)| positive(&format!("report.ladder.thicknesses.{i}"), value, "m"))
+}

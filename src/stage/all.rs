@@ -1,0 +1,12 @@
+//! `all`: does every stage that is out of date.
+
+use super::Job;
+use crate::error::{Error, Result};
+
+/// The stage.
+///
+/// # Errors
+/// Always, as long as it is not built.
+pub fn run(_job: &Job) -> Result<()> {
+    Err(Error::input("all", "not built yet"))
+}

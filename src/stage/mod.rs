@@ -1,0 +1,68 @@
+//! The verbs, one file each. A stage reads the scene and the files of the stages before it, and writes its own.
+
+pub mod all;
+pub mod check;
+pub mod export;
+pub mod mesh;
+pub mod report;
+pub mod run;
+pub mod setup;
+pub mod status;
+
+use crate::error::{Error, Result};
+use crate::scene::{self, Scene};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// A scene and the folder in which it is worked on.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// The checked scene.
+    pub scene: Scene,
+    /// Where it was read from; paths in the scene are relative to its folder.
+    pub scene_file: PathBuf,
+    /// The scene's text with the overrides put in.
+    pub scene_text: String,
+    /// Folder of the case; made by the first stage that writes.
+    pub case: PathBuf,
+    /// Whether to show no progress.
+    pub quiet: bool,
+}
+
+impl Job {
+    /// Reads and checks the scene; writes nothing. `case`: its folder, by default [`default_case`]. `overrides`: `key=value` each.
+    ///
+    /// # Errors
+    /// Those of [`scene::read`].
+    pub fn read(scene_file: &Path, case: Option<&Path>, overrides: &[String], quiet: bool) -> Result<Self> {
+        let scene::SceneFile { scene, path, text } = scene::read(scene_file, overrides)?;
+        for suspicion in scene::suspicions(&scene) {
+            log::warn!("{suspicion}");
+        }
+        let case = match case {
+            Some(case) => case.to_path_buf(),
+            None => default_case(scene_file)?,
+        };
+        Ok(Job { scene, scene_file: path, scene_text: text, case, quiet })
+    }
+}
+
+/// `cases/NAME` in the current folder, NAME being the scene file's without its extension.
+///
+/// # Errors
+/// [`Error::Input`] if the path names no file.
+pub fn default_case(scene_file: &Path) -> Result<PathBuf> {
+    let stem = scene_file.file_stem().ok_or_else(|| Error::input(scene_file.display().to_string(), "this path names no scene file"))?;
+    Ok(Path::new("cases").join(stem))
+}
+
+/// Writes a line (or several) to standard output. A reader that has gone away, as `head` does, is not an error.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be written for another reason.
+pub fn print(text: &str) -> Result<()> {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::io("write", Path::new("standard output"), error)),
+        _ => Ok(()),
+    }
+}
