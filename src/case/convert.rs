@@ -126,7 +126,7 @@ fn whole<const N: usize>(archive: &Archive, name: &str, bound: usize) -> Result<
     let data = archive.array(name)?.as_i64().ok_or_else(|| format!("array `{name}` does not hold whole numbers"))?;
     let (rows, rest) = data.as_chunks::<N>();
     let index = |i: i64| usize::try_from(i).ok().filter(|i| *i < bound);
-    let rows: Option<Vec<[usize; N]>> = rows.iter().map(|row| Some(index_row(row.map(index))?)).collect();
+    let rows: Option<Vec<[usize; N]>> = rows.iter().map(|row| index_row(row.map(index))).collect();
     rows.filter(|_| rest.is_empty()).ok_or_else(|| format!("array `{name}` has an index that is not below {bound}"))
 }
 

@@ -7,10 +7,13 @@ pub mod atomic;
 mod convert;
 mod folder;
 pub mod hash;
+pub mod history;
 mod seal;
 mod snapshot;
+pub mod vtk;
 
 pub use archive::{Archive, Array, Data, Kind};
 pub use convert::{mesh_from_archive, mesh_to_archive, put_mesh, put_snapshot, snapshot_from_archive, snapshot_to_archive};
 pub use folder::{Folder, Lock, Newest};
+pub use history::History;
 pub use snapshot::{Association, Field, Snapshot};

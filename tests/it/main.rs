@@ -2,3 +2,5 @@
 
 mod case_archive;
 mod case_folder;
+mod case_history;
+mod case_vtk;
