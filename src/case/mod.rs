@@ -2,6 +2,18 @@
 //!
 //! Files see [`Snapshot`]s and plain arrays, never a model or a scene.
 
+pub mod archive;
+pub mod atomic;
+mod convert;
+mod folder;
+pub mod hash;
+pub mod history;
+mod seal;
 mod snapshot;
+pub mod vtk;
 
+pub use archive::{Archive, Array, Data, Kind};
+pub use convert::{mesh_from_archive, mesh_to_archive, put_mesh, put_snapshot, snapshot_from_archive, snapshot_to_archive};
+pub use folder::{Folder, Lock, Newest};
+pub use history::History;
 pub use snapshot::{Association, Field, Snapshot};

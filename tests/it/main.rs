@@ -1,3 +1,7 @@
-//! All integration tests in one binary.
+//! The integration tests, in one binary.
 
+mod case_archive;
+mod case_folder;
+mod case_history;
+mod case_vtk;
 mod shell_derivatives;

@@ -1,0 +1,98 @@
+//! Surfaces and time series in the files that ParaView and VTK read.
+//!
+//! `.vtp` (XML PolyData, binary) for a moment, `.pvd` for the list of moments, `units.json` for what VTK has no place for.
+
+use super::{Field, atomic};
+use crate::error::{Error, Result};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::path::Path;
+use vtkio::model::{Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers, Vtk};
+
+/// A triangle surface with fields.
+///
+/// A field's name becomes the array's name. Symmetric tensors of six components are in VTK's order, XX YY ZZ XY YZ XZ.
+#[derive(Clone, Debug, Default)]
+pub struct Surface<'a> {
+    /// Vertex positions [m].
+    pub points: &'a [Vector3<f64>],
+    /// Vertex indices of each face.
+    pub faces: &'a [[usize; 3]],
+    /// Fields with one entry per vertex.
+    pub point_data: Vec<Field>,
+    /// Fields with one entry per face.
+    pub cell_data: Vec<Field>,
+}
+
+impl Surface<'_> {
+    /// Writes a `.vtp` file whole or not at all.
+    ///
+    /// Errors: [`Error::Input`] for a field whose length is not that of its entries, [`Error::Io`].
+    pub fn write(self, path: &Path) -> Result<()> {
+        let cannot = |message: String| Error::input(path.display().to_string(), message);
+        let attributes = |fields: Vec<Field>, entries: usize| {
+            let attribute = |field: Field| {
+                if field.data.len() != entries * field.components {
+                    let (name, length) = (&field.name, field.data.len());
+                    return Err(cannot(format!("field `{name}` has {length} numbers for {entries} entries of {}", field.components)));
+                }
+                let array = DataArray::scalars(field.name, field.components as u32).with_data(field.data);
+                Ok(Attribute::DataArray(array))
+            };
+            fields.into_iter().map(attribute).collect::<Result<Vec<_>>>()
+        };
+        let data =
+            Attributes { point: attributes(self.point_data, self.points.len())?, cell: attributes(self.cell_data, self.faces.len())? };
+        let polys = VertexNumbers::XML {
+            connectivity: self.faces.iter().flatten().map(|v| *v as u64).collect(),
+            offsets: (1..=self.faces.len() as u64).map(|n| 3 * n).collect(),
+        };
+        let points: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+        let piece = PolyDataPiece { points: points.into(), polys: Some(polys), data, ..Default::default() };
+        let file = Vtk {
+            version: Version::new((1, 0)),
+            title: String::new(),
+            byte_order: ByteOrder::LittleEndian,
+            data: DataSet::inline(piece),
+            file_path: None,
+        };
+        let mut xml = Vec::new();
+        file.write_xml(&mut xml).map_err(|e| cannot(format!("cannot be written as VTK: {e}")))?;
+        atomic::write(path, &xml)
+    }
+}
+
+/// Writes a `.pvd` file: the time [s] and the name of each file, relative to the `.pvd`. Errors: [`Error::Io`].
+pub fn write_series(path: &Path, files: &[(f64, String)]) -> Result<()> {
+    let mut xml = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n");
+    xml.push_str("  <Collection>\n");
+    for (time, file) in files {
+        xml.push_str(&format!("    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{}\"/>\n", xml_text(file)));
+    }
+    xml.push_str("  </Collection>\n</VTKFile>\n");
+    atomic::write(path, xml.as_bytes())
+}
+
+/// Writes `units.json`: the unit of each array by its name. Errors: [`Error::Io`].
+pub fn write_units(path: &Path, units: &BTreeMap<String, String>) -> Result<()> {
+    let json = serde_json::to_vec_pretty(units).map_err(|e| Error::io("write", path, e.into()))?;
+    atomic::write(path, &json)
+}
+
+/// Text as the value of an XML attribute.
+fn xml_text(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            // XML knows no other control characters than these, not even escaped.
+            '\t' | '\n' | '\r' => escaped.push_str(&format!("&#{};", u32::from(c))),
+            c if c.is_control() => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
