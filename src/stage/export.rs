@@ -1,12 +1,68 @@
-//! `export`: writes checkpoints as VTK files.
+//! `export`: writes checkpoints as VTK files (`vtk/*.vtp` with a `.pvd`) for ParaView and pyvista.
 
-use super::Job;
+use super::fields::Fields;
+use super::{Job, mesh as mesh_stage, run as run_stage, setup};
+use crate::case::{Folder, vtk};
 use crate::error::{Error, Result};
+use crate::mesh::Topology;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// The stage.
 ///
 /// # Errors
-/// Always, as long as it is not built.
-pub fn run(_job: &Job) -> Result<()> {
-    Err(Error::input("export", "not built yet"))
+/// Files that are missing, damaged or stale, or cannot be written.
+pub fn run(job: &Job) -> Result<()> {
+    let mesh = mesh_stage::load(job)?;
+    let (setup, _) = setup::load(job)?;
+    let folder = Folder::new(&job.case, run_stage::inputs(job)?);
+    let steps = folder.list()?;
+    if steps.is_empty() {
+        return Err(Error::Stale { path: job.case.join("run"), message: "has no checkpoint".into(), help: "make some: thinshell run SCENE".into() });
+    }
+    let topology = Topology::new(&mesh.faces);
+    let mut fields = Fields::new(&job.scene, &mesh, &topology, &setup)?;
+    let series = path(job);
+    let vtk_folder = series.parent().map(PathBuf::from).unwrap_or_default();
+    std::fs::create_dir_all(&vtk_folder).map_err(|e| Error::io("create", &vtk_folder, e))?;
+    let (mut files, mut units) = (Vec::new(), BTreeMap::new());
+    for step in steps {
+        let snapshot = match folder.read(step) {
+            Ok(snapshot) => snapshot,
+            Err(Error::Stale { path, message, .. }) if path == folder.path(step) && !message.contains("other inputs") => {
+                log::warn!("{}: {message}; left out", path.display());
+                continue;
+            }
+            Err(e) => return Err(e),
+        };
+        let state = fields.of(&snapshot)?;
+        for field in state.point_data.iter().chain(&state.cell_data) {
+            units.insert(field.name.clone(), field.unit.clone());
+        }
+        let name = format!("step_{step:08}.vtp");
+        vtk::Surface { points: &state.points, faces: &mesh.faces, point_data: state.point_data, cell_data: state.cell_data }.write(&vtk_folder.join(&name))?;
+        files.push((snapshot.time, name));
+    }
+    vtk::write_units(&vtk_folder.join("units.json"), &units)?;
+    remove_leftovers(&vtk_folder, &files)?;
+    vtk::write_series(&series, &files)?;
+    log::info!("{}: {} states", series.display(), files.len());
+    Ok(())
+}
+
+/// Path of the series.
+pub fn path(job: &Job) -> PathBuf {
+    job.case.join("vtk").join("case.pvd")
+}
+
+/// Removes states of an earlier export that this one does not have.
+fn remove_leftovers(folder: &std::path::Path, files: &[(f64, String)]) -> Result<()> {
+    let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with("step_") && name.ends_with(".vtp") && !files.iter().any(|(_, f)| *f == name) {
+            std::fs::remove_file(entry.path()).map_err(|e| Error::io("remove", &entry.path(), e))?;
+        }
+    }
+    Ok(())
 }

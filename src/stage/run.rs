@@ -1,7 +1,17 @@
-//! `run`: simulates from the newest valid checkpoint on.
+//! `run`: simulates from the newest valid checkpoint on (`run/step_NNNNNNNN.h5`, `history.csv`).
 
-use super::Job;
+use super::{Job, build, mesh as mesh_stage, setup};
+use crate::case::{Folder, History, Snapshot, hash};
 use crate::error::{Error, Result};
+use crate::mesh::Topology;
+use crate::model::{ShellModel, StepFailure};
+use crate::scene::Scene;
+use crate::solve::StepControl;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 /// How far, and from where.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -14,10 +24,194 @@ pub struct Options {
     pub stop_after: Option<u64>,
 }
 
+/// Columns of the history between `step` and the energies. Counts are totals since the start.
+const COLUMNS: [&str; 9] =
+    ["time_s", "dt_s", "halvings", "newton_iterations", "fallback_iterations", "factorizations", "negative_pivots", "residual", "increment_m"];
+
 /// The stage.
 ///
 /// # Errors
-/// Always, as long as it is not built.
-pub fn run(_job: &Job, _options: &Options) -> Result<()> {
-    Err(Error::input("run", "not built yet"))
+/// Stale or damaged inputs, equations that cannot be solved ([`Error::Numerical`]), a signal ([`Error::Interrupted`]).
+pub fn run(job: &Job, options: &Options) -> Result<()> {
+    let mesh = mesh_stage::load(job)?;
+    let (setup, first) = setup::load(job)?;
+    let mut folder = Folder::new(&job.case, inputs(job)?);
+    let _lock = folder.lock()?;
+    let newest = if options.restart { None } else { resume(&folder)? };
+    let signal = catch_signals()?;
+
+    let started = Instant::now();
+    let topology = Topology::new(&mesh.faces);
+    let mut model = build::model(&job.scene, &mesh, &topology, &setup)?;
+    let mut control = step_control(&job.scene);
+    let from = newest.as_ref().unwrap_or(&first);
+    model.restore(from).map_err(|e| Error::Stale { path: folder.path(from.step), message: e, help: "remove it, then: thinshell run SCENE".into() })?;
+    if newest.is_some() {
+        control.dt = from.dt;
+        control.successes = from.number("successes").unwrap_or(0.0) as u32;
+    }
+    let energies: Vec<&str> = model.energies().iter().map(|(name, _)| *name).collect();
+    let columns: Vec<&str> = COLUMNS.into_iter().chain(energies).chain(["wall_s"]).collect();
+    let path = history_path(job);
+    let (mut history, worked) = match &newest {
+        Some(from) => {
+            let history = History::open_at(&path, &columns, from.step)?;
+            (history, History::read(&path)?.last("wall_s").unwrap_or(0.0))
+        }
+        None => {
+            folder.write(&checkpoint(&model, &control), true)?;
+            (History::create(&path, &columns)?, 0.0)
+        }
+    };
+    let bar = progress_bar(job.quiet, control.end);
+    // Time spent on files is left out: the history tells what the mechanics cost.
+    let mut wall = worked + started.elapsed().as_secs_f64();
+    let first_step = model.step();
+    let (mut halvings, mut clock) = (0u32, Instant::now());
+    while let Some(plan) = control.plan(model.time()) {
+        if signal.load(Ordering::Relaxed) != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
+            break;
+        }
+        let from = model.time();
+        match model.advance(plan.dt, plan.time) {
+            Ok(report) => {
+                control.succeed();
+                wall += clock.elapsed().as_secs_f64();
+                let counters = model.counters();
+                let solved = report.solved;
+                let energies = model.energies();
+                let mut row = vec![plan.time, plan.dt, f64::from(halvings)];
+                row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
+                row.extend([solved.negative_pivots as f64, solved.residual, solved.increment]);
+                row.extend(energies.iter().map(|(_, e)| *e));
+                row.push(wall);
+                history.append(model.step(), &row)?;
+                history.sync()?;
+                folder.write(&checkpoint(&model, &control), plan.lands || control.interval.is_none())?;
+                let energy: f64 = energies.iter().map(|(_, e)| e).sum();
+                log::debug!("step {}: t = {:.6e} s, dt = {:.3e} s, {} iterations, energy {energy:.6e} J", model.step(), plan.time, plan.dt, solved.iterations);
+                bar.set_position(progress(model.time(), control.end));
+                bar.set_message(format!("t {:.4} s  dt {:.1e} s  {} it  {energy:.3e} J", plan.time, plan.dt, solved.iterations));
+                halvings = 0;
+                clock = Instant::now();
+            }
+            Err(StepFailure::Equations(reason)) if control.fail(plan.dt) => {
+                halvings += 1;
+                log::warn!("step from t = {from:.6e} s by {:.3e} s failed: {reason}; trying {:.3e} s", plan.dt, control.dt);
+            }
+            Err(failure) => {
+                bar.abandon();
+                return Err(give_up(failure, from, &folder, model.step()));
+            }
+        }
+    }
+    bar.finish_and_clear();
+    match signal.load(Ordering::Relaxed) {
+        0 => {}
+        number => {
+            log::info!("{}", place("stopped", &model, &folder));
+            return Err(Error::Interrupted(number as i32));
+        }
+    }
+    let counters = model.counters();
+    log::info!("{}", place("at", &model, &folder));
+    log::info!("{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s", counters.newton_iterations, counters.fallback_iterations, counters.factorizations);
+    Ok(())
+}
+
+/// Path of the history.
+pub fn history_path(job: &Job) -> PathBuf {
+    job.case.join("history.csv")
+}
+
+/// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end and the output times may change.
+pub fn inputs(job: &Job) -> Result<String> {
+    let s = &job.scene;
+    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver)).map_err(|e| Error::input("scene", e.to_string()))?;
+    Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
+}
+
+/// Whether the newest checkpoint is at the end of the run.
+pub fn is_done(job: &Job) -> Result<bool> {
+    let newest = Folder::new(&job.case, inputs(job)?).newest_valid()?;
+    let control = step_control(&job.scene);
+    Ok(newest.snapshot.is_some_and(|s| control.plan(s.time).is_none()))
+}
+
+fn resume(folder: &Folder) -> Result<Option<Snapshot>> {
+    let newest = folder.newest_valid()?;
+    newest.warnings.iter().for_each(|w| log::warn!("{w}"));
+    if let Some(snapshot) = &newest.snapshot {
+        log::info!("going on from {} (t = {} s)", folder.path(snapshot.step).display(), snapshot.time);
+    }
+    Ok(newest.snapshot)
+}
+
+/// Steps of the scene: load factors from 0 to 1 in statics, seconds in dynamics.
+fn step_control(scene: &Scene) -> StepControl {
+    let (nominal, end) = match (&scene.statics, &scene.dynamics) {
+        (Some(statics), _) => (1.0 / statics.steps as f64, 1.0),
+        (None, Some(dynamics)) => (dynamics.dt, dynamics.end),
+        (None, None) => (1.0, 0.0),
+    };
+    StepControl::new(nominal, end, scene.output.interval, scene.solver.max_halvings as u32)
+}
+
+/// The model's state and that of the step control.
+fn checkpoint(model: &ShellModel, control: &StepControl) -> Snapshot {
+    let mut snapshot = model.snapshot();
+    snapshot.dt = control.dt;
+    snapshot.numbers.push(("successes".into(), f64::from(control.successes)));
+    snapshot
+}
+
+/// The number of the first of SIGINT and SIGTERM that came, or 0. A second one ends the program at once.
+fn catch_signals() -> Result<Arc<AtomicUsize>> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let caught = Arc::new(AtomicUsize::new(0));
+    let again = Arc::new(std::sync::atomic::AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        let hooked = signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&again))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&again)))
+            .and_then(|_| signal_hook::flag::register_usize(signal, Arc::clone(&caught), signal as usize));
+        hooked.map_err(|e| Error::io("catch signals for", std::path::Path::new("run"), e))?;
+    }
+    Ok(caught)
+}
+
+/// Position of the progress bar.
+fn progress(time: f64, end: f64) -> u64 {
+    (1e6 * (time / end).clamp(0.0, 1.0)) as u64
+}
+
+/// A bar on standard error, if that is a terminal.
+fn progress_bar(quiet: bool, end: f64) -> ProgressBar {
+    if quiet || !(end > 0.0) {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(1_000_000);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn place(verb: &str, model: &ShellModel, folder: &Folder) -> String {
+    format!("{verb} t = {} s after {} steps: {}", model.time(), model.step(), folder.path(model.step()).display())
+}
+
+/// The error of a step that no halving mends.
+fn give_up(failure: StepFailure, time: f64, folder: &Folder, step: u64) -> Error {
+    let kept = format!("the last good state is in {}", folder.path(step).display());
+    match failure {
+        StepFailure::Equations(reason) => Error::Numerical {
+            message: format!("the step from t = {time:.6e} s failed at its smallest size: {reason}"),
+            help: Some(format!("more load steps or a smaller dt, viscosity, or a look at the last state may help; {kept}")),
+        },
+        StepFailure::Mechanism(unknown) => Error::Numerical {
+            message: format!("the structure is a mechanism: {unknown} moves without resistance"),
+            help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells".into()),
+        },
+        StepFailure::Rest(reason) => Error::Input { place: "rest".into(), message: format!("{reason} (at a step from t = {time:.6e} s)"), help: Some(kept) },
+    }
 }

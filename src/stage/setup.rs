@@ -1,12 +1,266 @@
-//! `setup`: makes rest forms, materials, supports and the first state.
+//! `setup`: materials, machine direction, supports, rest forms and the first state (`setup.h5`).
 
-use super::Job;
+use super::build::{self, axis_index, place_values};
+use super::{Job, mesh as mesh_stage};
+use crate::case::{Archive, Array, Kind, Snapshot, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
+use crate::mesh::{Mesh, Region, Topology};
+use crate::scene::{self, Direction, PinDirector, Scene};
+use crate::shell::rest::{Forms, machine_direction};
+use crate::shell::{Material, initial_directors};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What `setup.h5` keeps: all that a run needs and that does not change during it.
+#[derive(Clone, Debug, Default)]
+pub struct Setup {
+    /// Material of each face.
+    pub materials: Vec<Material>,
+    /// Density of each face [kg/m3]; empty where the scene has none.
+    pub densities: Vec<f64>,
+    /// Forms of the initial shape, per integration point.
+    pub initial_forms: Vec<Forms>,
+    /// Rest forms at the start, per integration point.
+    pub rest_forms: Vec<Forms>,
+    /// Machine direction of each face by barycentric components, if there is one.
+    pub machine_direction: Option<Vec<[f64; 2]>>,
+    /// Held unknowns, ascending.
+    pub held: Vec<Held>,
+    /// Edges whose directors are held, and along what.
+    pub held_directors: Vec<(usize, Vector3<f64>)>,
+    /// Number of free unknowns.
+    pub free_unknowns: usize,
+}
+
+/// One held unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Held {
+    /// Its number: three coordinates a vertex, then the angles of the edges.
+    pub unknown: usize,
+    /// The pin that moves it; none if it stays.
+    pub pin: Option<usize>,
+}
 
 /// The stage.
 ///
 /// # Errors
-/// Always, as long as it is not built.
-pub fn run(_job: &Job) -> Result<()> {
-    Err(Error::input("setup", "not built yet"))
+/// Regions that do not exist, laws that are impossible somewhere, files that are stale or cannot be written.
+pub fn run(job: &Job) -> Result<()> {
+    let mesh = mesh_stage::load(job)?;
+    let (setup, snapshot) = make(&job.scene, &mesh)?;
+    let mut archive = setup.to_archive(&inputs(job)?);
+    put_snapshot(&mut archive, &snapshot);
+    archive.write(&path(job))?;
+    log::info!("{}: {} free unknowns, {} held", path(job).display(), setup.free_unknowns, setup.held.len());
+    Ok(())
+}
+
+/// Path of the stage's file.
+pub fn path(job: &Job) -> PathBuf {
+    job.case.join("setup.h5")
+}
+
+/// Hash of what the stage's file is made from: the mesh and the tables it reads.
+pub fn inputs(job: &Job) -> Result<String> {
+    let s = &job.scene;
+    let tables = serde_json::to_string(&(&s.shell, &s.rest, &s.gravity, &s.pins, s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity)));
+    let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
+    Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
+}
+
+/// Reads what the stage wrote. Errors: a file that is missing, damaged or stale.
+pub fn load(job: &Job) -> Result<(Setup, Snapshot)> {
+    let path = path(job);
+    let archive = Archive::read_for(&path, Kind::Setup, &inputs(job)?)?;
+    Ok((Setup::from_archive(&archive, &path)?, snapshot_from_archive(&archive, &path)?))
+}
+
+/// Makes everything in memory.
+pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
+    let topology = Topology::new(&mesh.faces);
+    let mut setup = Setup::default();
+    set_materials(&mut setup, scene, mesh)?;
+    set_supports(&mut setup, scene, mesh, &topology)?;
+    if let Some(table) = scene.rest.as_ref().and_then(|r| r.linear.as_ref()).and_then(|l| l.machine_direction.as_ref()) {
+        setup.machine_direction = Some(set_direction(table, mesh)?);
+    }
+    let shell = build::shell(scene, mesh, &topology, &setup);
+    let mut x: Vec<f64> = mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    x.resize(shell.unknowns(), 0.0);
+    setup.initial_forms = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] }).collect();
+    if let Some(f) = setup.initial_forms.iter().position(|f| !f.is_admissible()) {
+        return Err(Error::input("mesh", format!("face {f} has no area that can be computed with")));
+    }
+    setup.rest_forms = match build::rest(scene, mesh, &topology, &setup)? {
+        Some(mut driver) => {
+            // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
+            driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
+            driver.forms(0.0).map_err(|e| Error::input("rest", e))?
+        }
+        None => setup.initial_forms.clone(),
+    };
+    drop(shell);
+    let model = build::model(scene, mesh, &topology, &setup)?;
+    setup.free_unknowns = model.free_unknowns();
+    Ok((setup, model.snapshot()))
+}
+
+/// The region of that name, with its name in the error if there is none.
+pub fn region<'a>(mesh: &'a Mesh, key: &str, name: &str) -> Result<&'a Region> {
+    mesh.regions.get(name).ok_or_else(|| {
+        let known: Vec<&str> = mesh.regions.keys().map(String::as_str).collect();
+        Error::input_with_help(key, format!("there is no region '{name}'"), format!("the mesh has: {}", known.join(", ")))
+    })
+}
+
+fn set_materials(setup: &mut Setup, scene: &Scene, mesh: &Mesh) -> Result<()> {
+    let s = &scene.shell;
+    let material = Material { thickness: s.thickness, youngs_modulus: s.youngs_modulus, poissons_ratio: s.poissons_ratio };
+    setup.materials = vec![material; mesh.faces.len()];
+    setup.densities = s.density.map_or(Vec::new(), |rho| vec![rho; mesh.faces.len()]);
+    for (i, table) in s.regions.iter().enumerate() {
+        let key = format!("shell.region.{i}.region");
+        let faces = &region(mesh, &key, &table.region)?.faces;
+        if faces.is_empty() {
+            return Err(Error::input(key, format!("region '{}' has no faces", table.region)));
+        }
+        for &f in faces {
+            let m = &mut setup.materials[f];
+            m.thickness = table.thickness.unwrap_or(m.thickness);
+            m.youngs_modulus = table.youngs_modulus.unwrap_or(m.youngs_modulus);
+            m.poissons_ratio = table.poissons_ratio.unwrap_or(m.poissons_ratio);
+            if let (Some(rho), Some(to)) = (table.density, setup.densities.get_mut(f)) {
+                *to = rho;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn set_supports(setup: &mut Setup, scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<()> {
+    let directors = initial_directors(mesh, topology);
+    let has_angles = scene.shell.director != scene::Director::Average;
+    let edge_of: BTreeMap<[usize; 2], usize> = topology.edges.iter().enumerate().map(|(e, pair)| (*pair, e)).collect();
+    let (mut held, mut held_directors) = (BTreeMap::<usize, Option<usize>>::new(), BTreeMap::new());
+    for (i, pin) in scene.pins.iter().enumerate() {
+        let key = format!("pin.{i}");
+        let region = region(mesh, &key, &pin.region)?;
+        if region.vertices.is_empty() {
+            return Err(Error::input(key, format!("region '{}' has no vertices", pin.region)));
+        }
+        for &v in &region.vertices {
+            for axis in &pin.components {
+                let axis = axis_index(*axis);
+                let mover = build::pin_motion(scene, i, axis).map(|_| i);
+                match held.insert(3 * v + axis, mover) {
+                    Some(before) if before.is_some() || mover.is_some() => {
+                        return Err(Error::input(key, format!("coordinate {} of vertex {v} is held by another pin too, and one of them moves it", ["x", "y", "z"][axis])));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let Some(support) = &pin.director else { continue };
+        if region.edges.is_empty() {
+            return Err(Error::input(format!("{key}.director"), format!("region '{}' has no edges whose directors could be held", pin.region)));
+        }
+        for pair in &region.edges {
+            let Some(&e) = edge_of.get(pair) else { continue };
+            let direction = match support {
+                PinDirector::Clamped => directors[e],
+                PinDirector::Symmetry(normal) => in_plane_normal(mesh, pair, Vector3::from(*normal), &directors[e]).map_err(|m| Error::input(format!("{key}.director"), m))?,
+            };
+            held_directors.insert(e, direction);
+            if has_angles {
+                held.insert(3 * mesh.vertices.len() + e, None);
+            }
+        }
+    }
+    setup.held = held.into_iter().map(|(unknown, pin)| Held { unknown, pin }).collect();
+    setup.held_directors = held_directors.into_iter().collect();
+    Ok(())
+}
+
+/// Unit normal of an edge within a plane of symmetry, on the side of the surface's normal.
+fn in_plane_normal(mesh: &Mesh, [a, b]: &[usize; 2], normal: Vector3<f64>, director: &Vector3<f64>) -> Result<Vector3<f64>, String> {
+    let (normal, t) = (normal.normalize(), (mesh.vertices[*b] - mesh.vertices[*a]).normalize());
+    if t.dot(&normal).abs() > 1e-6 {
+        return Err(format!("the edge from vertex {a} to vertex {b} does not lie in the plane of symmetry with normal ({}, {}, {})", normal.x, normal.y, normal.z));
+    }
+    let p = normal.cross(&t);
+    let side = p.dot(director);
+    if side.abs() < 1e-3 {
+        return Err(format!("the surface is tangent to the plane of symmetry at the edge from vertex {a} to vertex {b}"));
+    }
+    Ok(p * side.signum())
+}
+
+fn set_direction(table: &Direction, mesh: &Mesh) -> Result<Vec<[f64; 2]>> {
+    let key = "rest.linear.machine_direction";
+    match table {
+        Direction::Vector(v) => machine_direction(mesh, |_| Vector3::from(*v)),
+        Direction::Angle(angle) => {
+            let angle = build::expression(key, angle, scene::PLACE)?;
+            machine_direction(mesh, |p| {
+                let degrees = angle.eval(&place_values(scene::PLACE, p, 0.0));
+                Vector3::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0)
+            })
+        }
+    }
+    .map_err(|e| Error::input(key, e))
+}
+
+fn rows(forms: &[Forms]) -> Array {
+    Array::rows(forms.iter().flat_map(|f| f.a.into_iter().chain(f.b)).collect(), 6).with("unit", "m2 m2 m2 m m m").with("components", "a11 a12 a22 b11 b12 b22")
+}
+
+impl Setup {
+    fn to_archive(&self, inputs: &str) -> Archive {
+        let mut archive = Archive::new(Kind::Setup, inputs);
+        archive.numbers.insert("free_unknowns".into(), self.free_unknowns as f64);
+        let mut put = |name: &str, array| archive.arrays.insert(name.into(), array);
+        let material = self.materials.iter().flat_map(|m| [m.thickness, m.youngs_modulus, m.poissons_ratio]).collect();
+        put("material", Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"));
+        put("initial_forms", rows(&self.initial_forms));
+        put("rest_forms", rows(&self.rest_forms));
+        if !self.densities.is_empty() {
+            put("density", Array::rows(self.densities.clone(), 1).with("unit", "kg/m3"));
+        }
+        if let Some(d) = &self.machine_direction {
+            put("machine_direction", Array::rows(d.iter().flatten().copied().collect(), 2).with("unit", "1").with("basis", "barycentric"));
+        }
+        if !self.held.is_empty() {
+            put("held_unknowns", Array::indices(self.held.iter().flat_map(|h| [h.unknown, h.pin.map_or(0, |p| p + 1)]), 2).with("components", "unknown, number of the pin that moves it or 0"));
+        }
+        if !self.held_directors.is_empty() {
+            put("held_director_edges", Array::indices(self.held_directors.iter().map(|(e, _)| *e), 1));
+            put("held_directors", Array::rows(self.held_directors.iter().flat_map(|(_, p)| [p.x, p.y, p.z]).collect(), 3).with("unit", "1"));
+        }
+        archive
+    }
+
+    fn from_archive(archive: &Archive, path: &Path) -> Result<Self> {
+        let missing = |name: &str| archive.kind.stale(path, format!("array '{name}' is missing or of another type"));
+        let real = |name: &str| archive.arrays.get(name).and_then(Array::as_f64).ok_or_else(|| missing(name));
+        let whole = |name: &str| -> Result<Vec<usize>> {
+            let Some(array) = archive.arrays.get(name) else { return Ok(Vec::new()) };
+            Ok(array.as_i64().ok_or_else(|| missing(name))?.iter().map(|i| *i as usize).collect())
+        };
+        let forms = |name: &str| -> Result<Vec<Forms>> {
+            Ok(real(name)?.chunks_exact(6).map(|r| Forms { a: [r[0], r[1], r[2]], b: [r[3], r[4], r[5]] }).collect())
+        };
+        let optional = |name: &str| if archive.arrays.contains_key(name) { real(name).map(Some) } else { Ok(None) };
+        let directors = optional("held_directors")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
+        Ok(Setup {
+            materials: real("material")?.chunks_exact(3).map(|m| Material { thickness: m[0], youngs_modulus: m[1], poissons_ratio: m[2] }).collect(),
+            densities: optional("density")?.unwrap_or(&[]).to_vec(),
+            initial_forms: forms("initial_forms")?,
+            rest_forms: forms("rest_forms")?,
+            machine_direction: optional("machine_direction")?.map(|d| d.chunks_exact(2).map(|d| [d[0], d[1]]).collect()),
+            held: whole("held_unknowns")?.chunks_exact(2).map(|h| Held { unknown: h[0], pin: h[1].checked_sub(1) }).collect(),
+            held_directors: whole("held_director_edges")?.into_iter().zip(directors).collect(),
+            free_unknowns: archive.numbers.get("free_unknowns").map_or(0, |n| *n as usize),
+        })
+    }
 }
