@@ -25,8 +25,12 @@ Example:
   thinshell all configs/analytic/cylinder.toml      everything, into cases/cylinder
   thinshell report cases/cylinder                   what the scene expects, and what came out
 
-Exit codes: 0 done, 1 an expectation of the scene was missed, 2 bad input or stale file, 3 the equations could not be
-solved (the last good checkpoint is kept), 130 and 143 stopped by a signal after a last checkpoint."
+Exit codes:
+  0    done
+  1    done, but an expectation of the scene was missed
+  2    bad input or stale file; nothing was written
+  3    the equations could not be solved; the last good checkpoint is kept
+  130  stopped by Ctrl-C after a last checkpoint (143: by a request to terminate)"
 )]
 pub struct CommandLine {
     #[command(subcommand)]

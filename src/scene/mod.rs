@@ -43,6 +43,7 @@ pub const POSITION_AND_TIME: &[&str] = &["x", "y", "z", "t"];
 ///
 /// Which variables it may use is said at each field. Functions: sin cos tan asin acos atan atan2 sinh cosh tanh exp ln log10 sqrt
 /// abs sign floor ceil round min max; operators: + - * / ^ < <= > >= == != && || and `if(c, a, b)`; constants PI, E, TAU.
+/// Comparisons give 1 or 0, angles are in radians, and `-x^2` is `-(x^2)`; see [`crate::math::expression`] for the rest.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Expr {

@@ -2,17 +2,19 @@
 
 use super::{
     Scene,
-    source::{Fault, Override, Source},
+    source::{Fault, Override, Source, locate, one_line},
     validate,
 };
 use crate::error::{Error, Result};
 use serde::Deserialize;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use toml_edit::{Document, de};
+use toml_edit::{Document, Item, de};
 
 /// Largest scene file that is read [bytes].
 const SIZE_LIMIT: u64 = 10 * 1024 * 1024;
+/// Tables that may be there several times.
+const LISTS: [&str; 4] = ["region", "pin", "expect", "meshes"];
 
 /// A scene together with where it came from.
 #[derive(Clone, Debug)]
@@ -89,37 +91,74 @@ fn read_text(path: &Path) -> Result<String> {
 }
 
 fn deserialize(document: &Document<String>) -> Result<Scene, Fault> {
+    // Serde would take `[[gravity]]` for the fields of gravity one after the other.
+    single_tables(document.as_item(), &[])?;
     Scene::deserialize(de::Deserializer::from(document.clone())).map_err(|error| {
-        let key = error.span().map(|span| super::source::locate(document.as_item(), &span)).unwrap_or_default();
+        let key = error.span().map(|span| locate(document.as_item(), &span)).unwrap_or_default();
         explain(error.message(), key)
     })
+}
+
+/// Refuses double brackets around tables that are there once.
+fn single_tables(item: &Item, key: &[String]) -> Result<(), Fault> {
+    for (name, value) in item.as_table().into_iter().flat_map(|table| table.iter()) {
+        let key: Vec<String> = key.iter().cloned().chain([name.to_owned()]).collect();
+        if value.is_array_of_tables() && !LISTS.contains(&name) {
+            return Err(Fault::new(key, "expected a table in single brackets, found double brackets"));
+        }
+        single_tables(value, &key)?;
+    }
+    Ok(())
 }
 
 /// Turns serde's words into ours, for the part of the file at `key`.
 fn explain(message: &str, mut key: Vec<String>) -> Fault {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let choice = |of_key, message: String| {
-        let [wrong, allowed @ ..] = quoted.as_slice() else { return Fault::new(key.clone(), message) };
-        let nearest = allowed.iter().map(|name| (strsim::osa_distance(wrong, name), *name)).min();
-        let near = nearest.filter(|(distance, name)| *distance <= 1 + name.len() / 3);
-        let mut help = near.map(|(_, name)| format!("did you mean `{name}`? ")).unwrap_or_default();
-        help += &format!("Allowed here: {}", allowed.join(", "));
-        Fault { key: key.clone(), message, help: Some(help), of_key }
-    };
-    if message.starts_with("unknown field") {
-        choice(true, "unknown key".to_owned())
-    } else if message.starts_with("unknown variant") {
-        choice(false, format!("`{}` is not a choice here", quoted.first().unwrap_or(&"")))
+    if let (true, [wrong, allowed @ ..]) = (message.starts_with("unknown field"), quoted.as_slice()) {
+        Fault { help: Some(advise(wrong, allowed)), of_key: true, ..Fault::new(key, "unknown key") }
+    } else if let Some((wrong, allowed)) = unexpected_keys(message) {
+        Fault { help: Some(advise(wrong, &allowed)), of_key: true, ..Fault::new(key, "unknown key") }
+    } else if let (true, [wrong, allowed @ ..]) = (message.starts_with("unknown variant"), quoted.as_slice()) {
+        Fault { help: Some(advise(wrong, allowed)), ..Fault::new(key, format!("`{wrong}` is not a choice here")) }
     } else if let (true, Some(missing)) = (message.starts_with("missing field"), quoted.first()) {
         key.push((*missing).to_owned());
         Fault::new(key, "this key is missing")
     } else if message.starts_with("wanted exactly 1 element") {
         Fault::new(key, "exactly one kind must be given here")
     } else {
-        let mut message = message.trim_end().replace('\n', ", ");
-        for (theirs, ours) in [("f64", "a number"), ("usize", "a whole number >= 0"), ("u64", "a whole number >= 0")] {
-            message = message.replace(&format!("expected {theirs}"), &format!("expected {ours}"));
-        }
-        Fault::new(key, message)
+        Fault::new(key, reword(message))
     }
+}
+
+/// Wrong and allowed keys of a table that is one choice of several, for which serde has words of its own.
+fn unexpected_keys(message: &str) -> Option<(&str, Vec<&str>)> {
+    let (wrong, allowed) = message.strip_prefix("unexpected keys in table: ")?.split_once(", available keys: ")?;
+    Some((wrong.split(", ").next()?, allowed.split(", ").collect()))
+}
+
+fn advise(wrong: &str, allowed: &[&str]) -> String {
+    let nearest = allowed.iter().map(|name| (strsim::osa_distance(wrong, name), *name)).min();
+    let near = nearest.filter(|(distance, name)| 3 * distance <= name.len().max(3) && *distance < name.len());
+    let advice = near.map(|(_, name)| format!("did you mean `{name}`? ")).unwrap_or_default();
+    format!("{advice}allowed here: {}", allowed.join(", "))
+}
+
+/// `invalid type: string "a", expected f64` becomes `expected a number, found string "a"`.
+fn reword(message: &str) -> String {
+    let message = one_line(message);
+    let told = ["invalid type: ", "invalid value: "].iter().find_map(|start| message.strip_prefix(start)?.split_once(", expected "));
+    let Some((found, expected)) = told else { return message };
+    let found = match found {
+        "sequence" => "an array",
+        "map" => "a table",
+        other => other,
+    };
+    let expected = match expected {
+        "f64" => "a number",
+        "usize" | "u64" => "a whole number >= 0",
+        "a sequence" => "an array",
+        other if other.starts_with("struct ") => "a table",
+        other => other,
+    };
+    format!("expected {expected}, found {found}")
 }

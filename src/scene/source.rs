@@ -154,7 +154,7 @@ fn placed(name: &str, text: &str, span: Option<Range<usize>>, message: String, l
     Error::Scene(Box::new(SceneError { message, text: NamedSource::new(name, text.to_owned()), span, label, help }))
 }
 
-fn one_line(message: &str) -> String {
+pub(super) fn one_line(message: &str) -> String {
     message.trim().replace('\n', ", ")
 }
 

@@ -62,6 +62,7 @@ fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Expr>, variabl
 pub(super) fn scene(scene: &Scene) -> Check {
     mesh(&scene.mesh)?;
     regions(&scene.regions)?;
+    time(scene)?;
     shell(scene)?;
     if let Some(table) = &scene.rest {
         rest(table)?;
@@ -73,7 +74,6 @@ pub(super) fn scene(scene: &Scene) -> Check {
     for (i, table) in scene.pins.iter().enumerate() {
         pin(&format!("pin.{i}"), table)?;
     }
-    time(scene)?;
     within("solver.tolerance", scene.solver.tolerance, 1e-14..=1e-2)?;
     within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
     within("solver.max_halvings", scene.solver.max_halvings, 0..=40)?;

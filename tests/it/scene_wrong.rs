@@ -1,0 +1,230 @@
+//! One wrong scene per rule, given to the real program: exit code 2, one message at the right place, nothing written.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+const FULL: &str = include_str!("full.toml");
+
+/// Part of the full scene, what is put in its place with `§` before the expected place of the message, and the message.
+const WRONG: &[(&str, &str, &str)] = &[
+    // Syntax.
+    ("dt = 0.1", "dt = §", "not valid TOML"),
+    ("dt = 0.1", "dt = 0.1\n§dt = 0.2", "duplicate key"),
+    ("[shell]\n", "[shell§\n", "not valid TOML"),
+    // Keys.
+    ("thickness = 1e-3 #", "§thicknes = 1e-3 #", "shell.thicknes: unknown key\n  help: did you mean `thickness`?"),
+    ("[dynamics]", "[§dynamic]", "dynamic: unknown key\n  help: did you mean `dynamics`?"),
+    ("size = [1.0", "§sise = [1.0", "mesh.rectangle.sise: unknown key\n  help: did you mean `size`?"),
+    ("axis = \"z\"", "§axs = \"z\"", "report.expect.0.measure.displacement.axs: unknown key\n  help: did you mean `axis`?"),
+    ("name = \"regular\"", "§nam = \"regular\"", "report.ladder.meshes.0.nam: unknown key\n  help: did you mean `name`?"),
+    ("[shell]\nthickness = 1e-3", "§[shell]\n", "shell.thickness: this key is missing"),
+    ("[mesh.rectangle]\nsize = [1.0, 0.2]", "§[mesh.rectangle]", "mesh.rectangle.size: this key is missing"),
+    ("measure = { displacement = { at = [1.0, 0.1, 0.0], ", "measure = { displacement = §{ ", "displacement.at: this key is missing"),
+    // Types and choices.
+    ("thickness = 1e-3 #", "thickness = §\"thin\" #", "shell.thickness = \"thin\": expected a number, found string \"thin\""),
+    ("cells = [20, 4]", "cells = [20, §-4]", "mesh.rectangle.cells.1 = -4: expected a whole number >= 0"),
+    ("cells = [20, 4]", "cells = §[20]", "mesh.rectangle.cells = [20]: invalid length 1"),
+    ("m_minus = 0", "m_minus = §[1]", "rest.linear.m_minus = [1]: expected a number or an expression in quotes, found an array"),
+    ("[gravity]\nfactor = \"t\"", "§[[gravity]]", "gravity: expected a table in single brackets"),
+    ("[mesh.rectangle]", "§[mesh.rectangel]", "mesh.rectangel: `rectangel` is not a choice here\n  help: did you mean `rectangle`?"),
+    ("[mesh.rectangle]", "§[mesh]\ndisc = { radius = 1, rings = 3 }\n[mesh.rectangle]", "mesh: exactly one kind"),
+    ("[output]", "§[shell.mass]\n[output]", "shell.mass"),
+    ("director = \"clamped\"", "director = §\"clampt\"", "pin.0.director = \"clampt\": `clampt` is not a choice here"),
+    ("components = [\"x\", \"z\"]", "components = [\"x\", §\"w\"]", "pin.1.components.1 = \"w\": `w` is not a choice here"),
+    // Mesh.
+    ("size = [1.0, 0.2]", "size = [1.0, §0.0]", "mesh.rectangle.size.1 = 0.0: must be > 0 [m]"),
+    ("size = [1.0, 0.2]", "size = [§inf, 0.2]", "mesh.rectangle.size.0 = inf: must be > 0 [m]"),
+    ("cells = [20, 4]", "cells = [20, §10001]", "must be 1 to 10000"),
+    ("jitter = 0.1", "jitter = §0.5", "mesh.rectangle.jitter = 0.5: must be 0 to 0.45"),
+    ("jitter = 0.1", "jitter = §0.1\npattern = \"delaunay\"", "mesh.rectangle.jitter = 0.1: cannot be combined"),
+    ("jitter = 0.1", "triangulation = §{ size = 0.1 }", "needs `pattern = \"delaunay\"`"),
+    ("jitter = 0.1", "pattern = \"delaunay\"\ntriangulation = { size = §0 }", "mesh.rectangle.triangulation.size = 0: must be > 0"),
+    ("jitter = 0.1", "pattern = \"delaunay\"\ntriangulation = { size = 1, min_angle = §31 }", "must be 0 to 30"),
+    // Regions.
+    ("name = \"tip\"\nwhere", "name = §\"\"\nwhere", "region.0.name = \"\": must not be empty"),
+    ("name = \"corner\"", "name = §\"tip\"", "region.1.name = \"tip\": a region of this name comes before"),
+    ("[[region]]\nname = \"tip\"\nwhere = \"x > 0.9\"", "§[[region]]\nname = \"tip\"", "region.0: exactly one of `where` and `nearest`"),
+    ("where = \"x > 0.9\"", "where = §\"x > t\"", "region.0.where = \"x > t\": unknown name `t`; variables here: x, y, z, r, theta"),
+    ("where = \"x > 0.9\"", "where = §\"x > \"", "found the end"),
+    ("nearest = [1.0, 0.2, 0.0]", "nearest = §[1.0, 0.2, nan]", "must be finite"),
+    // Shell.
+    ("thickness = 1e-3 #", "thickness = §-0.001 #", "shell.thickness = -0.001: must be > 0 [m]"),
+    ("youngs_modulus = 1e9", "youngs_modulus = §nan", "shell.youngs_modulus = nan: must be > 0 [Pa]"),
+    ("poissons_ratio = 0.3", "poissons_ratio = §0.5", "shell.poissons_ratio = 0.5: must be > -1 and < 0.5"),
+    ("density = 1000.0", "density = §0", "shell.density = 0: must be > 0 [kg/m3]"),
+    ("viscosity = 0.01", "viscosity = §0", "shell.viscosity = 0: must be > 0 [s]"),
+    ("thickness = 2e-3", "thickness = §0.0", "shell.region.0.thickness = 0.0: must be > 0 [m]"),
+    ("region = \"tip\"\nthickness", "region = §\" \"\nthickness", "shell.region.0.region = \" \": must not be empty"),
+    // Rest shape.
+    ("ramp = \"min(t, 1)\"", "ramp = §2", "rest.ramp = 2: must be 0 to 1"),
+    ("ramp = \"min(t, 1)\"", "ramp = §\"x\"", "rest.ramp = \"x\": unknown name `x`; variables here: t"),
+    ("[rest]\nramp = \"min(t, 1)\"", "§[rest]\npullback = {}", "rest: at most one law"),
+    ("m_plus = \"2 * t\"", "m_plus = §\"2 * q\"", "rest.linear.m_plus = \"2 * q\": unknown name `q`"),
+    ("m_plus = \"2 * t\"", "m_plus = §\"sqrt(-1)\"", "rest.linear.m_plus = \"sqrt(-1)\": must be finite"),
+    ("mu = 0.001", "mu = §inf", "rest.linear.mu = inf: must be finite"),
+    ("mu_perp = 0.002\n", "", "rest.linear.machine_direction = { angle = \"30 + x\" }: needs `mu_perp`"),
+    ("machine_direction = { angle = \"30 + x\" }", "", "rest.linear.mu_perp = 0.002: needs `machine_direction`"),
+    ("{ angle = \"30 + x\" }", "{ angle = §\"30 + t\" }", "unknown name `t`"),
+    ("{ angle = \"30 + x\" }", "{ vector = §[0, 0, 0] }", "rest.linear.machine_direction.vector = [0, 0, 0]: must not be the zero vector"),
+    // Loads.
+    ("factor = \"t\"", "acceleration = §[0, 0, inf]", "gravity.acceleration = [0, 0, inf]: must be finite"),
+    ("factor = \"t\"", "factor = §\"x\"", "gravity.factor = \"x\": unknown name `x`; variables here: t"),
+    ("region = \"left\"", "region = §\"\"", "pin.0.region = \"\": must not be empty"),
+    ("region = \"left\"\ndirector = \"clamped\"", "region = \"left\"\ncomponents = §[]", "pin.0.components = []: holds nothing"),
+    ("components = [\"x\", \"z\"]", "components = §[\"x\", \"x\"]", "pin.1.components = [\"x\", \"x\"]: a component is repeated"),
+    ("symmetry = [1.0, 0.0, 0.0]", "symmetry = §[0, 0, 0]", "pin.1.director.symmetry = [0, 0, 0]: must not be the zero vector"),
+    ("motion = { x = \"0.1 * t\" }", "motion = { y = §1 }", "pin.1.motion.y = 1: `y` is not among the held `components`"),
+    ("motion = { x = \"0.1 * t\" }", "motion = §{ }", "pin.1.motion = {}: must give x, y or z"),
+    ("motion = { x = \"0.1 * t\" }", "motion = { x = §\"0.1 * r\" }", "unknown name `r`; variables here: x, y, z, t"),
+    // Time.
+    ("[dynamics]\ndt = 0.1\nend = 1.0\nvelocity = [0, 0, \"x\"]", "", "exactly one of [statics] and [dynamics] must be given, found none"),
+    ("[dynamics]", "[statics]\n§[dynamics]", "dynamics: exactly one of [statics] and [dynamics] must be given, found both"),
+    ("dt = 0.1", "dt = §0", "dynamics.dt = 0: must be > 0 [s]"),
+    ("end = 1.0", "end = §-1", "dynamics.end = -1: must be > 0 [s]"),
+    ("velocity = [0, 0, \"x\"]", "velocity = [0, 0, §\"t\"]", "dynamics.velocity.2 = \"t\": unknown name `t`"),
+    ("tolerance = 1e-8", "tolerance = §0.1", "solver.tolerance = 0.1: must be"),
+    ("tolerance = 1e-8", "max_iterations = §0", "solver.max_iterations = 0: must be 1 to 1000"),
+    ("tolerance = 1e-8", "max_halvings = §41", "solver.max_halvings = 41: must be 0 to 40"),
+    ("interval = 0.5", "interval = §0", "output.interval = 0: must be > 0 [s]"),
+    // Report.
+    ("tolerance = 0.01", "tolerance = §-0.01", "report.expect.0.tolerance = -0.01: must be >= 0"),
+    ("reference = 0.1", "reference = §nan", "report.expect.0.reference = nan: must be finite"),
+    ("time = 0.5", "time = §-1", "report.expect.0.time = -1: must be >= 0 [s]"),
+    ("source = \"beam theory\"", "source = §\"\"", "report.expect.0.source = \"\": must not be empty"),
+    ("at = [1.0, 0.1, 0.0]", "at = §[1.0, 0.1, inf]", "displacement.at = [1.0, 0.1, inf]: must be finite"),
+    (
+        "measure = { displacement = { at = [1.0, 0.1, 0.0], axis = \"z\" } }",
+        "measure = { cylinder-distance = { radius = §0 } }",
+        "must be > 0 [m]",
+    ),
+    (
+        "measure = \"newton-iterations\"",
+        "measure = { history = { column = §\"\" } }",
+        "report.ladder.measure.history.column = \"\": must not be empty",
+    ),
+    ("measure = \"newton-iterations\"", "measure = { field = { name = \"a\", component = §9, statistic = \"max\" } }", "must be 0 to 8"),
+    (
+        "name = \"regular\", pattern = \"criss-cross\"",
+        "name = §\"\", pattern = \"diagonal\"",
+        "report.ladder.meshes.0.name = \"\": must not be empty",
+    ),
+    ("\"criss-cross\" }]", "\"diagonal\" }, { name = §\"regular\", pattern = \"diagonal\" }]", "a mesh of this name comes before"),
+    (
+        "[report.ladder]",
+        "[[report.expect]]\nname = §\"tip\"\nmeasure = \"factorizations\"\nreference = 1\ntolerance = 1\nsource = \"a\"\n[report.ladder]",
+        "an expectation of this name comes before",
+    ),
+    ("mu_perp = 0.002", "mu_perp = §nan", "rest.linear.mu_perp = nan: must be finite"),
+    ("resolutions = [1.0, 2.0]", "resolutions = §[]", "report.ladder.resolutions = []: must not be empty"),
+    ("resolutions = [1.0, 2.0]", "resolutions = [1.0, §1.0]", "report.ladder.resolutions.1 = 1.0: must be larger than the one before"),
+    ("resolutions = [1.0, 2.0]", "resolutions = [§-1.0, 2.0]", "report.ladder.resolutions.0 = -1.0: must be > 0 [1]"),
+    ("pattern = \"criss-cross\"", "pattern = \"delaunay\", jitter = §0.1", "report.ladder.meshes.0.jitter = 0.1: cannot be combined"),
+    ("thicknesses = [1e-3, 1e-4]", "thicknesses = [1e-3, §0]", "report.ladder.thicknesses.1 = 0: must be > 0 [m]"),
+];
+
+/// Meshes in place of the full scene's rectangle; the ladder's variants go, since they need one.
+const WRONG_MESHES: &[(&str, &str)] = &[
+    ("disc = { radius = §0, rings = 3 }", "mesh.disc.radius = 0: must be > 0 [m]"),
+    ("disc = { radius = 1, rings = §0 }", "mesh.disc.rings = 0: must be 1 to 5000"),
+    ("annulus = { radii = [1, §1], cells = [1, 3] }", "mesh.annulus.radii.1 = 1: must be larger than the inner radius"),
+    ("annulus = { radii = [1, 2], cells = [1, §2] }", "mesh.annulus.cells.1 = 2: must be 3 to 10000"),
+    ("annulus = { radii = [1, 2], cells = [1, 3], pattern = §\"delaunay\" }", "mesh.annulus.pattern = \"delaunay\": `delaunay` exists"),
+    ("cylinder = { radius = 1, length = §-1, cells = [3, 1] }", "mesh.cylinder.length = -1: must be > 0 [m]"),
+    ("cylinder = { radius = 1, length = 1, cells = [§2, 1] }", "mesh.cylinder.cells.0 = 2: must be 3 to 10000"),
+    ("cylinder = { radius = 1, length = 1, angle = §361, cells = [3, 1] }", "mesh.cylinder.angle = 361: must be > 0 and <= 360"),
+    ("sphere-cap = { radius = 1, half_angle = §180, rings = 2 }", "mesh.sphere-cap.half_angle = 180: must be > 0 and < 180"),
+    ("outline = { points = §[[0, 0], [1, 0]], triangulation = { size = 1 } }", "has 2 corners, must have at least 3"),
+    (
+        "outline = { points = [[0, 0], [1, 0], §[0, 0]], triangulation = { size = 1 } }",
+        "mesh.outline.points.2 = [0, 0]: is the same as the next",
+    ),
+    (
+        "outline = { points = [[0, 0], [1, 0], [0, 1]], holes = [§[]], triangulation = { size = 1 } }",
+        "mesh.outline.holes.0 = []: has 0 corners",
+    ),
+    ("file = { path = §\"\" }", "mesh.file.path = \"\": must not be empty"),
+    ("file = { path = \"a.obj\", scale = §0 }", "mesh.file.scale = 0: must be > 0"),
+    ("disc = { radius = 1, rings = 3 }", "report.ladder.meshes.0 = "),
+];
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_thinshell")).args(arguments).current_dir(folder).output().expect("the program starts")
+}
+
+/// Gives the text to the program; the message must be one, at `§`, contain `expected`, and nothing may be written.
+fn refuse(text: &str, expected: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), text.replace('§', "")).unwrap();
+    let output = run(folder.path(), &["all", "scene.toml"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{expected}: {message}");
+    assert!(output.stdout.is_empty());
+    let place = text.find('§').map_or(String::new(), |at| {
+        let before = &text[..at];
+        format!("{}:{}:", before.matches('\n').count() + 1, at - before.rfind('\n').map_or(0, |end| end + 1) + 1)
+    });
+    assert!(message.starts_with(&format!("error: scene.toml:{place}")), "expected {place} {expected}, found {message}");
+    assert!(message.contains(expected), "expected {expected}, found {message}");
+    assert_eq!(message.matches("error:").count(), 1, "{message}");
+    assert!(message.lines().skip(1).all(|line| line.starts_with("  help: ")), "{message}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "{expected}: something was written");
+}
+
+#[test]
+fn every_rule_is_kept() {
+    for (part, wrong, expected) in WRONG {
+        assert_eq!(FULL.matches(part).count(), 1, "{part:?} must be one part of the full scene");
+        refuse(&FULL.replace(part, wrong), expected);
+    }
+}
+
+#[test]
+fn every_rule_for_meshes_is_kept() {
+    let tail = &FULL[FULL.find("[[region]]").unwrap()..];
+    for (wrong, expected) in WRONG_MESHES {
+        refuse(&format!("[mesh]\n{wrong}\n\n{tail}"), expected);
+    }
+}
+
+#[test]
+fn gravity_and_dynamics_need_a_density() {
+    let without = FULL.replace("density = 1000.0\n", "").replace("[shell]\n", "§[shell]\n");
+    refuse(&without, "shell.density: this key is missing, and [dynamics] needs it");
+    let head = &without[..without.find("[dynamics]").unwrap()];
+    let without = format!("{}[statics]\n", head.replace("viscosity = 0.01\n", ""));
+    refuse(&without, "shell.density: this key is missing, and [gravity] needs it");
+}
+
+#[test]
+fn statics_knows_no_viscosity() {
+    let head = &FULL[..FULL.find("[dynamics]").unwrap()];
+    refuse(&format!("{}[statics]\n", head.replace("= 0.01", "= §0.01")), "shell.viscosity = 0.01: has no meaning without [dynamics]");
+    let quiet = head.replace("viscosity = 0.01\n", "");
+    refuse(&format!("{quiet}[statics]\nsteps = §0\n"), "statics.steps = 0: must be 1 to 100000");
+    refuse(&format!("{quiet}[statics]\n§velocity = 1\n"), "statics.velocity: unknown key");
+}
+
+#[test]
+fn unreadable_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    std::fs::create_dir(folder.path().join("folder.toml")).unwrap();
+    write("empty.toml", b" \n");
+    write("binary.toml", b"\x7fELF\x02\x01\x01\0\0\0");
+    write("latin.toml", b"title = \"a\"\nname = \"caf\xe9\"\n");
+    std::fs::File::create(folder.path().join("large.toml")).unwrap().set_len(11 << 20).unwrap();
+    for (name, expected) in [
+        ("missing.toml", "cannot read missing.toml"),
+        ("folder.toml", "this is a folder"),
+        ("empty.toml", "the file is empty"),
+        ("binary.toml", "binary"),
+        ("latin.toml", "not UTF-8 text, first on line 2"),
+        ("large.toml", "10 MB"),
+    ] {
+        let output = run(folder.path(), &["all", name]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(name) && message.contains(expected) && message.lines().count() == 1, "{message}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5, "something was written");
+}
