@@ -3,6 +3,7 @@
 pub mod case;
 pub mod error;
 pub mod mesh;
+pub mod report;
 pub mod scene;
 
 pub use error::{Error, Result};
