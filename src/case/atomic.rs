@@ -52,7 +52,9 @@ fn temporary_name(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.tmp-{}", std::process::id()))
 }
 
-/// Removes temporaries of writers that no longer live; a folder is written from one machine at a time. What cannot be listed or removed is left: it harms nobody.
+/// Removes temporaries of writers that no longer live. What cannot be listed or removed is left: it harms nobody.
+///
+/// Process numbers mean nothing elsewhere, so a folder must be written from one machine at a time.
 fn remove_leftovers(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().and_then(writer_of).is_some_and(|pid| !is_alive(pid)) {
