@@ -5,6 +5,7 @@ pub mod cli;
 pub mod error;
 pub mod math;
 pub mod mesh;
+pub mod report;
 pub mod scene;
 pub mod stage;
 

@@ -1,7 +1,7 @@
 //! One HDF5 file: named arrays, texts and numbers, written whole and read only when undamaged.
 //!
-//! Layout: a seal in the user block (length and checksum), the attributes `kind`, `format`, `program` and `inputs` on the
-//! root, texts and numbers as further attributes of the root, arrays as datasets; a `/` in an array's name makes a group.
+//! Layout: a seal in the user block (format version, length, checksum), the attributes `kind`, `program` and `inputs` on
+//! the root, texts and numbers as further attributes of the root, arrays as datasets; a `/` in an array's name makes a group.
 //! Equal contents give equal bytes. This module does not know what the arrays mean: see `convert`.
 
 use super::{atomic, seal};

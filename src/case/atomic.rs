@@ -53,6 +53,8 @@ fn temporary_name(path: &Path) -> PathBuf {
 }
 
 /// Removes temporaries of writers that no longer live. What cannot be listed or removed is left: it harms nobody.
+///
+/// Process numbers mean nothing elsewhere, so a folder must be written from one machine at a time.
 fn remove_leftovers(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().and_then(writer_of).is_some_and(|pid| !is_alive(pid)) {

@@ -146,7 +146,10 @@ impl Folder {
     fn remove(&mut self, step: u64) -> Result<()> {
         self.keeps.remove(&step);
         let path = self.path(step);
-        fs::remove_file(&path).map_err(|e| Error::io("remove", &path, e))
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io("remove", &path, e)),
+            _ => Ok(()),
+        }
     }
 
     fn check_inputs(&self, archive: &Archive, path: &Path) -> Result<()> {

@@ -266,4 +266,13 @@ fn hash_depends_on_where_parts_end() {
     assert_ne!(hash, case::hash::of(&[b"a", b"bc"]));
     assert_ne!(hash, case::hash::of(&[b"abc"]));
     assert_ne!(case::hash::of(&[]), case::hash::of(&[b""]));
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("large");
+    let mut bytes = vec![7; 1_000_000];
+    fs::write(&path, &bytes).unwrap();
+    let before = case::hash::file(&path).unwrap();
+    bytes[999_999] ^= 1;
+    fs::write(&path, &bytes).unwrap();
+    assert_ne!(before, case::hash::file(&path).unwrap());
+    assert!(matches!(case::hash::file(&folder.path().join("none")), Err(Error::Io { .. })));
 }
