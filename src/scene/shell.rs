@@ -16,6 +16,17 @@ pub enum Director {
     FreeTan,
 }
 
+impl Director {
+    /// Name in scenes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Director::Average => "average",
+            Director::FreeSin => "free-sin",
+            Director::FreeTan => "free-tan",
+        }
+    }
+}
+
 /// Mass matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -46,7 +46,7 @@ pub fn run(job: &Job) -> Result<()> {
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
     remove_leftovers(&vtk_folder, &files)?;
     vtk::write_series(&series, &files)?;
-    log::info!("{}: {} states", series.display(), files.len());
+    job.say(&format!("{}: {} states", series.display(), files.len()));
     Ok(())
 }
 

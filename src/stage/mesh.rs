@@ -18,9 +18,11 @@ pub fn run(job: &Job) -> Result<()> {
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let quality = Quality::of(&mesh);
     mesh_to_archive(&mesh, quality.numbers(), &inputs(job)?).write(&path(job))?;
-    super::print(&quality.to_string())?;
-    std::fs::write(job.case.join("case.toml"), scene::to_toml(&job.scene)).map_err(|e| Error::io("write", &job.case.join("case.toml"), e))?;
-    log::info!("{}", path(job).display());
+    job.record()?;
+    if !job.quiet {
+        super::print(&quality.to_string())?;
+    }
+    job.say(&path(job).display().to_string());
     Ok(())
 }
 
@@ -31,12 +33,14 @@ pub fn path(job: &Job) -> PathBuf {
 
 /// Hash of what the stage's file is made from: its tables and the mesh file, if there is one.
 pub fn inputs(job: &Job) -> Result<String> {
-    let tables = serde_json::to_string(&(&job.scene.mesh, &job.scene.regions)).map_err(|e| Error::input("scene", e.to_string()))?;
-    let file = match &job.scene.mesh {
-        MeshTable::File(table) => hash::file(&beside(&job.scene_file, &table.path))?,
-        _ => String::new(),
+    let json = |value: serde_json::Result<String>| value.map_err(|e| Error::input("scene", e.to_string()));
+    let regions = json(serde_json::to_string(&job.scene.regions))?;
+    let mesh = match &job.scene.mesh {
+        // The file counts by what is in it, not by where it is.
+        MeshTable::File(table) => format!("{} {}", table.scale, hash::file(&beside(&job.scene_file, &table.path))?),
+        table => json(serde_json::to_string(table))?,
     };
-    Ok(hash::of(&[tables.as_bytes(), file.as_bytes()]))
+    Ok(hash::of(&[mesh.as_bytes(), regions.as_bytes()]))
 }
 
 /// Reads what the stage wrote. Errors: a file that is missing, damaged or stale.

@@ -1,16 +1,19 @@
 //! The verbs, one file each. A stage reads the scene and the files of the stages before it, and writes its own.
 
 pub mod all;
+mod build;
 pub mod check;
 pub mod export;
+mod fields;
 pub mod mesh;
 pub mod report;
 pub mod run;
 pub mod setup;
 pub mod status;
 
+use crate::case::atomic;
 use crate::error::{Error, Result};
-use crate::scene::{self, Scene};
+use crate::scene::{self, MeshTable, Scene};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -45,7 +48,44 @@ impl Job {
         };
         Ok(Job { scene, scene_file: path, scene_text: text, case, quiet })
     }
+
+    /// Name of the scene in reports: that of its file, or of the case's folder if it was read from there.
+    pub fn name(&self) -> String {
+        let path = if self.is_recorded() { self.case.as_path() } else { self.scene_file.as_path() };
+        path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned())
+    }
+
+    /// Whether the scene was read from the case's own record.
+    fn is_recorded(&self) -> bool {
+        self.scene_file == self.case.join(RECORD)
+    }
+
+    /// Writes the scene with all defaults and overrides into the case, so that the case can be understood and reported on by itself.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn record(&self) -> Result<()> {
+        if self.is_recorded() {
+            return Ok(());
+        }
+        let mut scene = self.scene.clone();
+        if let MeshTable::File(table) = &mut scene.mesh {
+            let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&table.path);
+            table.path = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
+        }
+        atomic::write(&self.case.join(RECORD), scene::to_toml(&scene).as_bytes())
+    }
+
+    /// Says something about the progress of a stage.
+    fn say(&self, text: &str) {
+        if !self.quiet {
+            log::info!("{text}");
+        }
+    }
 }
+
+/// The scene as it was run, in the case's folder.
+const RECORD: &str = "case.toml";
 
 /// `cases/NAME` in the current folder, NAME being the scene file's without its extension.
 ///

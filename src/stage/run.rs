@@ -37,8 +37,9 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let (setup, first) = setup::load(job)?;
     let mut folder = Folder::new(&job.case, inputs(job)?);
     let _lock = folder.lock()?;
-    let newest = if options.restart { None } else { resume(&folder)? };
+    let newest = if options.restart { None } else { resume(job, &folder)? };
     let signal = catch_signals()?;
+    job.record()?;
 
     let started = Instant::now();
     let topology = Topology::new(&mesh.faces);
@@ -109,13 +110,13 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     match signal.load(Ordering::Relaxed) {
         0 => {}
         number => {
-            log::info!("{}", place("stopped", &model, &folder));
+            job.say(&place("stopped", &model, &folder));
             return Err(Error::Interrupted(number as i32));
         }
     }
     let counters = model.counters();
-    log::info!("{}", place("at", &model, &folder));
-    log::info!("{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s", counters.newton_iterations, counters.fallback_iterations, counters.factorizations);
+    job.say(&place("at", &model, &folder));
+    job.say(&format!("{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s", counters.newton_iterations, counters.fallback_iterations, counters.factorizations));
     Ok(())
 }
 
@@ -138,11 +139,11 @@ pub fn is_done(job: &Job) -> Result<bool> {
     Ok(newest.snapshot.is_some_and(|s| control.plan(s.time).is_none()))
 }
 
-fn resume(folder: &Folder) -> Result<Option<Snapshot>> {
+fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     let newest = folder.newest_valid()?;
     newest.warnings.iter().for_each(|w| log::warn!("{w}"));
     if let Some(snapshot) = &newest.snapshot {
-        log::info!("going on from {} (t = {} s)", folder.path(snapshot.step).display(), snapshot.time);
+        job.say(&format!("going on from {} (t = {} s)", folder.path(snapshot.step).display(), snapshot.time));
     }
     Ok(newest.snapshot)
 }

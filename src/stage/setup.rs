@@ -52,7 +52,8 @@ pub fn run(job: &Job) -> Result<()> {
     let mut archive = setup.to_archive(&inputs(job)?);
     put_snapshot(&mut archive, &snapshot);
     archive.write(&path(job))?;
-    log::info!("{}: {} free unknowns, {} held", path(job).display(), setup.free_unknowns, setup.held.len());
+    job.record()?;
+    job.say(&format!("{}: {} free unknowns, {} held", path(job).display(), setup.free_unknowns, setup.held.len()));
     Ok(())
 }
 
