@@ -1,13 +1,20 @@
 //! Triangle meshes: vertices, faces, named regions and the edges between them.
 //!
-//! A [`Mesh`] is plain data that a generator or a reader fills and `mesh.h5` stores. [`Topology`] is derived from the
-//! faces. This module knows nothing of scenes, materials or unknowns.
+//! A [`Mesh`] is plain data that a generator ([`generate`]) or a reader ([`import`]) fills, [`validate`] accepts and `mesh.h5`
+//! stores. [`Topology`] and [`Quality`] are derived from it. This module knows nothing of scenes, materials or unknowns.
 
+pub mod generate;
+pub mod import;
+mod quality;
+mod region;
 mod topology;
+pub mod validate;
 
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
+pub use region::Region;
+pub(crate) use topology::Stars;
 pub use topology::{EdgeFace, Topology};
 
 /// An oriented triangle mesh of a surface in space, with named regions.
@@ -19,17 +26,6 @@ pub struct Mesh {
     pub faces: Vec<[usize; 3]>,
     /// Named parts of the mesh.
     pub regions: BTreeMap<String, Region>,
-}
-
-/// A named part of a mesh. Any of its three lists may be empty.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Region {
-    /// Vertex indices, ascending.
-    pub vertices: Vec<usize>,
-    /// Edges as vertex pairs, lower index first, ascending.
-    pub edges: Vec<[usize; 2]>,
-    /// Face indices, ascending.
-    pub faces: Vec<usize>,
 }
 
 impl Mesh {

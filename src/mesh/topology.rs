@@ -65,3 +65,34 @@ impl Topology {
         self.edge_faces[edge][1].is_none()
     }
 }
+
+/// The faces at each vertex, packed into one list.
+#[derive(Clone, Debug)]
+pub(crate) struct Stars {
+    start: Vec<usize>,
+    faces: Vec<usize>,
+}
+
+impl Stars {
+    /// Stars of `vertices` vertices; every index in `faces` must be smaller.
+    pub fn new(vertices: usize, faces: &[[usize; 3]]) -> Self {
+        let mut start = vec![0; vertices + 1];
+        faces.iter().flatten().for_each(|&v| start[v + 1] += 1);
+        for v in 0..vertices {
+            start[v + 1] += start[v];
+        }
+        let (mut next, mut packed) = (start.clone(), vec![0; 3 * faces.len()]);
+        for (f, face) in faces.iter().enumerate() {
+            for &v in face {
+                packed[next[v]] = f;
+                next[v] += 1;
+            }
+        }
+        Stars { start, faces: packed }
+    }
+
+    /// Faces at a vertex, ascending.
+    pub fn of(&self, vertex: usize) -> &[usize] {
+        &self.faces[self.start[vertex]..self.start[vertex + 1]]
+    }
+}
