@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The stage.
@@ -17,7 +18,7 @@ pub fn run(job: &Job) -> Result<()> {
     let (mesh, warnings) = make(&job.scene, &job.scene_file)?;
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let quality = Quality::of(&mesh);
-    mesh_to_archive(&mesh, quality.numbers(), &inputs(job)?).write(&path(job))?;
+    mesh_to_archive(&mesh, numbers(&quality), &inputs(job)?).write(&path(job))?;
     job.record()?;
     if !job.quiet {
         super::print(&quality.to_string())?;
@@ -47,6 +48,26 @@ pub fn inputs(job: &Job) -> Result<String> {
 pub fn load(job: &Job) -> Result<Mesh> {
     let path = path(job);
     mesh_from_archive(&Archive::read_for(&path, Kind::Mesh, &inputs(job)?)?, &path)
+}
+
+/// The quality summary as named numbers.
+fn numbers(q: &Quality) -> BTreeMap<String, f64> {
+    let named = [
+        ("vertices", q.vertices as f64),
+        ("faces", q.faces as f64),
+        ("edges", q.edges as f64),
+        ("boundary_loops", q.boundary_loops as f64),
+        ("components", q.components as f64),
+        ("euler_characteristic", q.euler_characteristic as f64),
+        ("smallest_edge_m", q.edge_length[0]),
+        ("mean_edge_m", q.edge_length[1]),
+        ("largest_edge_m", q.edge_length[2]),
+        ("area_m2", q.total_area),
+        ("smallest_angle_deg", q.angle[0]),
+        ("largest_angle_deg", q.angle[1]),
+        ("worst_aspect_ratio", q.worst_aspect_ratio),
+    ];
+    named.into_iter().map(|(name, value)| (format!("quality_{name}"), value)).collect()
 }
 
 /// A path of a scene, which is relative to the scene's folder.
