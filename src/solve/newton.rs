@@ -39,7 +39,7 @@ pub struct Solved {
     pub iterations: u64,
     /// Movement in the last iteration [m].
     pub increment: f64,
-    /// Largest component of the gradient over the largest of the first iteration [1].
+    /// Largest component of the gradient over the largest diagonal entry of the matrix times the diameter [1].
     pub residual: f64,
     /// Negative pivots of the last factorisation: unstable directions of the equilibrium.
     pub negative_pivots: usize,
@@ -148,6 +148,13 @@ impl Newton {
         if free_length { lengths } else { angles * self.settings.diameter }
     }
 
+    /// Largest component of the gradient over the largest diagonal entry times the diameter.
+    fn residual(&self) -> f64 {
+        let largest = |m: f64, v: f64| m.max(v.abs());
+        let stiffest = self.pattern.column_start[..self.pattern.len()].iter().map(|k| self.system.matrix[*k as usize]).fold(0.0, largest);
+        self.system.gradient.iter().copied().fold(0.0, largest) / (stiffest * self.settings.diameter)
+    }
+
     /// Solves `H dx = -g` into `self.dx` (held unknowns zero).
     fn solve_linear(&mut self, kind: Kind) -> Result<usize, Failure> {
         self.counters.factorizations += 1;
@@ -166,8 +173,7 @@ impl Newton {
 
     /// Mixed iterations from `x`; the held unknowns `moved` go along with the first.
     fn mixed(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], moved: &[(usize, f64)], most: usize) -> Result<Solved, Failure> {
-        let (mut first_residual, mut smallest) = (0.0, f64::INFINITY);
-        let mut movement = f64::INFINITY;
+        let (mut smallest, mut movement) = (f64::INFINITY, f64::INFINITY);
         for iteration in 1..=most as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
@@ -179,16 +185,13 @@ impl Newton {
             self.assemble(potentials, x, Curvature::Mixed);
             self.system.prescribed = None;
             self.counters.newton_iterations += 1;
-            let residual = self.system.gradient.iter().fold(0.0f64, |m, g| m.max(g.abs()));
-            if iteration == 1 {
-                first_residual = residual;
-            }
+            let residual = self.residual();
             let negative_pivots = self.solve_linear(Kind::Ldlt)?;
             if moving {
                 moved.iter().for_each(|&(i, d)| self.dx[i] = d);
             }
             movement = self.movement();
-            log::trace!("mixed {iteration}: movement {movement:e} m, residual {residual:e}, negative pivots {negative_pivots}");
+            log::trace!("mixed {iteration}: movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
             if !(movement < 3.0 * self.settings.diameter) {
                 return Err(Failure::NotContracting(movement));
             }
@@ -196,7 +199,6 @@ impl Newton {
             x.iter_mut().zip(&self.dx).for_each(|(x, d)| *x += d);
             if movement <= self.settings.tolerance {
                 potentials.iter_mut().for_each(|p| p.prepare(x));
-                let residual = if first_residual > 0.0 { residual / first_residual } else { 0.0 };
                 return Ok(Solved { iterations: iteration, increment: movement, residual, negative_pivots });
             }
             smallest = smallest.min(movement);
