@@ -43,7 +43,7 @@ def load_series(case: Path) -> Series:
         reader.set_active_time_value(time)
         data = reader.read().combine()
         # Quadratic faces become four flat ones each, enough for smooth shading.
-        surface = data.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
+        surface = data.extract_surface(pass_pointid=False, pass_cellid=False, nonlinear_subdivision=1, algorithm="dataset_surface")
         if surface.n_points == 0:
             raise CaseError(f"{pvd}: no surface at time {time:g} s")
         surfaces.append(surface)

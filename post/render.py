@@ -16,6 +16,8 @@ import imageio.v3 as iio
 import matplotlib
 import numpy as np
 import pyvista as pv
+from vtkmodules.vtkCommonCore import vtkLogger
+from vtkmodules.vtkRenderingCore import vtkTextProperty
 
 from case import CaseError, Series, load_series
 
@@ -30,7 +32,13 @@ COMPONENTS = {
     9: ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
 }
 INK = "#202428"
+FONT = str(Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")
+VTK_FONT_FILE = 4  # vtkTextProperty: use the font file
 FILM_SECONDS = 6.0  # shortest film, down to 5 frames a second
+
+
+# VTK warns that there is no X server before it turns to EGL or OSMesa, which is what is meant here.
+vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
 
 
 def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespace:
@@ -102,7 +110,7 @@ def colour_label(series: Series, array: str, component: str | None) -> str:
     shape = (first.point_data if array in first.point_data else first.cell_data)[array].shape
     part = "" if len(shape) == 1 else f", {component}" if component else ", norm"
     unit = series.units.get(array, "")
-    return f"{array.replace('_', ' ')}{part}" + (f"  [{unit}]" if unit not in ("", "1") else "")
+    return f"{array.replace('_', ' ')}{part}" + (f"\n[{unit}]" if unit not in ("", "1") else "")
 
 
 def colour_range(values: list[np.ndarray]) -> tuple[float, float]:
@@ -157,18 +165,25 @@ def place_camera(plotter: pv.Plotter, points: np.ndarray, camera: list) -> None:
     right /= np.linalg.norm(right)
     above = np.cross(towards, right)
     centre = 0.5 * (low + high)
-    local = (points - centre) @ np.column_stack([right, above, towards])
+    # The outline has to fit as well: its corners may reach further than any point.
+    corners = np.array(np.meshgrid(*zip(low, high))).reshape(3, -1).T
+    local = (np.vstack([points, corners]) - centre) @ np.column_stack([right, above, towards])
     middle = 0.5 * (local.min(axis=0) + local.max(axis=0)) * [1, 1, 0]
     centre = centre + middle[0] * right + middle[1] * above
     local -= middle
     tangent = np.tan(np.radians(VIEW_ANGLE / 2))
     aspect = plotter.window_size[0] / plotter.window_size[1]
     # Shares of the half width and half height that the object may fill.
-    room = np.array([0.78 * aspect, 0.74]) * tangent
+    room = np.array([0.78 * aspect, 0.8]) * tangent
     distance = float(np.max(local[:, 2:] + np.abs(local[:, :2]) / room))
     plotter.camera_position = [centre + distance * towards, centre, up]
     plotter.camera.SetWindowCenter(0.12, 0.0)
     plotter.reset_camera_clipping_range()
+
+
+def set_font(text: vtkTextProperty) -> None:
+    text.SetFontFamily(VTK_FONT_FILE)
+    text.SetFontFile(FONT)
 
 
 class Stage:
@@ -201,7 +216,30 @@ class Stage:
             self.plotter.add_mesh(first, color="#8a9096", line_width=1.6 * self.scale)
         self.plotter.add_axes(color=INK, line_width=3, viewport=(0.0, 0.0, 0.16, 0.21))
         size = "  x  ".join(f"{side:.3g}" for side in high - low)
-        self.plotter.add_text(f"outline {size} m", position=(0.17, 0.03), viewport=True, font_size=round(9 * self.scale), color="#60666c")
+        self._add_text(f"outline {size} m", (0.17, 0.03), 8, "#60666c", "outline")
+
+    def _add_text(self, text: str, position: tuple[float, float], size: float, color: str, name: str) -> None:
+        size = max(round(size * self.scale), 4)
+        self.plotter.add_text(text, position=position, viewport=True, font_size=size, color=color, font_file=FONT, name=name)
+
+    def _add_scalar_bar(self) -> None:
+        bar = self.plotter.add_scalar_bar(
+            self.label + "\n",
+            vertical=True,
+            position_x=0.855,
+            position_y=0.18,
+            width=0.08,
+            height=0.62,
+            n_labels=5,
+            fmt="{:.3g}",
+            color=INK,
+            title_font_size=round(17 * self.scale),
+            label_font_size=round(16 * self.scale),
+            unconstrained_font_size=True,
+        )
+        bar.SetTextPad(round(6 * self.scale))
+        set_font(bar.GetTitleTextProperty())
+        set_font(bar.GetLabelTextProperty())
 
     def draw(self, step: int) -> np.ndarray:
         """The picture of one exported time, as (height, width, 3) bytes."""
@@ -220,33 +258,20 @@ class Stage:
             show_edges=self.options.edges,
             edge_color="#30363c",
             edge_opacity=0.5,
-            ambient=0.18,
-            diffuse=0.85,
-            specular=0.25,
+            ambient=0.45,
+            diffuse=0.7,
+            specular=0.15,
             specular_power=25,
             nan_color="#b0b0b0",
             show_scalar_bar=False,
             reset_camera=False,
         )
         if not self.plotter.scalar_bars:
-            self.plotter.add_scalar_bar(
-                self.label + "\n",
-                vertical=True,
-                position_x=0.86,
-                position_y=0.2,
-                width=0.06,
-                height=0.6,
-                n_labels=5,
-                fmt="{:.3g}",
-                color=INK,
-                title_font_size=round(19 * self.scale),
-                label_font_size=round(17 * self.scale),
-                unconstrained_font_size=True,
-            )
+            self._add_scalar_bar()
         title = f"{self.series.name}    t = {self.series.times[step]:.4g} s"
         if self.options.warp != 1.0:
             title += f"    displacement x {self.options.warp:g}"
-        self.plotter.add_text(title, position=(0.03, 0.93), viewport=True, font_size=round(14 * self.scale), color=INK, name="title")
+        self._add_text(title, (0.03, 0.93), 12, INK, "title")
         self.plotter.reset_camera_clipping_range()
         return self.plotter.screenshot(return_img=True)
 
