@@ -5,7 +5,7 @@ CASE  ?= cases/wetted_strip
 
 SMOKE_SCENE := configs/analytic/smallest.toml
 SMOKE_CASE  := cases/smoke
-THINSHELL   := target/release/thinshell
+THINSHELL   := $(or $(CARGO_TARGET_DIR),target)/release/thinshell
 HDF5_FLAGS  := .tools/hdf5.flags
 
 # A cmake that .ci/hdf5.sh fetched is linked here.

@@ -43,7 +43,12 @@ def load_series(case: Path) -> Series:
         reader.set_active_time_value(time)
         data = reader.read().combine()
         # Quadratic faces become four flat ones each, enough for smooth shading.
-        surface = data.extract_surface(pass_pointid=False, pass_cellid=False, nonlinear_subdivision=1, algorithm="dataset_surface")
+        surface = data.extract_surface(
+            pass_pointid=False,
+            pass_cellid=False,
+            nonlinear_subdivision=1,
+            algorithm="dataset_surface",
+        )
         if surface.n_points == 0:
             raise CaseError(f"{pvd}: no surface at time {time:g} s")
         surfaces.append(surface)
@@ -54,7 +59,7 @@ def load_series(case: Path) -> Series:
 
 
 def load_history(case: Path) -> dict[str, np.ndarray]:
-    """Reads `case/history.csv` (or the `.csv` file given) into one array per column; empty cells become NaN."""
+    """Reads `case/history.csv`, or the `.csv` file given: one array per column, NaN if empty."""
     path = case if case.suffix == ".csv" else case / "history.csv"
     if not path.is_file():
         raise CaseError(f"{path}: no such file; run `thinshell run` first")

@@ -2,7 +2,8 @@
 
 Usage: python post/history.py CASE [-o history.png] [--columns NAME ...]
 
-Reads CASE/history.csv. Columns of one kind share a panel; a column that a run does not have is left out.
+Reads CASE/history.csv. Columns of one kind share a panel; a column that a run does not have is
+left out.
 """
 
 import argparse
@@ -21,7 +22,12 @@ from style import plt
 # Title, unit and scale of each panel, and the columns it takes by exact name.
 PANELS = [
     ("time step", "s", "log", ("dt_s",)),
-    ("work per step", "count", "linear", ("newton_iterations", "fallback_iterations", "factorizations", "halvings")),
+    (
+        "work per step",
+        "count",
+        "linear",
+        ("newton_iterations", "fallback_iterations", "factorizations", "halvings"),
+    ),
     ("convergence", "", "log", ("residual", "increment")),
     ("run time", "s", "linear", ("wall_s",)),
 ]
@@ -50,9 +56,16 @@ def label(column: str) -> str:
 def draw(history: dict[str, np.ndarray], columns: list[str], title: str) -> plt.Figure:
     panels = arrange(columns)
     time = history["time_s"]
-    figure, axes = plt.subplots(len(panels), 1, sharex=True, squeeze=False, figsize=(6.4, 1.2 + 1.7 * len(panels)), layout="constrained")
+    figure, axes = plt.subplots(
+        len(panels),
+        1,
+        sharex=True,
+        squeeze=False,
+        figsize=(6.4, 1.2 + 1.7 * len(panels)),
+        layout="constrained",
+    )
     marker = "." if time.size <= 60 else None
-    for axis, (name, unit, scale, members) in zip(axes[:, 0], panels):
+    for axis, (name, unit, scale, members) in zip(axes[:, 0], panels, strict=True):
         for line, column in zip(itertools.cycle(style.LINES), members):
             values = history[column]
             if scale == "log":
@@ -76,7 +89,9 @@ def draw(history: dict[str, np.ndarray], columns: list[str], title: str) -> plt.
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("case", type=Path, help="folder of the case, or a .csv file")
-    parser.add_argument("-o", "--output", type=Path, help="picture, .png, .svg or .pdf [CASE/history.png]")
+    parser.add_argument(
+        "-o", "--output", type=Path, help="picture, .png, .svg or .pdf [CASE/history.png]"
+    )
     parser.add_argument("--columns", nargs="+", help="columns to plot [all but step and time_s]")
     options = parser.parse_args(arguments)
     try:
@@ -86,7 +101,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         columns = options.columns or [name for name in history if name not in ("step", "time_s")]
         for name in columns:
             if name not in history:
-                raise CaseError(f"--columns {name}: no such column; there are {', '.join(history)}")
+                raise CaseError(
+                    f"--columns {name}: no such column; there are {', '.join(history)}"
+                )
     except CaseError as error:
         print(f"history: {error}", file=sys.stderr)
         return 2

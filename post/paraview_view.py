@@ -1,13 +1,13 @@
 """Opens a case in ParaView, colours it by one array and saves a screenshot.
 
-Usage: pvpython post/paraview_view.py CASE [-o paraview.png] [--scalar NAME] [--component C] [--time T] [--size WxH]
-                                      [--state view.pvsm]
+Usage: pvpython post/paraview_view.py CASE [-o paraview.png] [--scalar NAME] [--component C]
+                                      [--time T] [--size WxH] [--state view.pvsm]
 
-For ParaView 5.11 or newer; tested with 5.11.0 of Debian 12. That build draws only with an X server, so on a machine
-without one: xvfb-run -a pvpython post/paraview_view.py CASE. Kitware's headless builds need none.
+For ParaView 5.11 or newer; tested with 5.11.0 of Debian 12. That build draws only with an X
+server, so on a machine without one: xvfb-run -a pvpython post/paraview_view.py CASE.
 
-Reads CASE/vtk/*.pvd and CASE/vtk/units.json. `--state` also writes a state file, which opens the same view in the
-ParaView window.
+Reads CASE/vtk/*.pvd and CASE/vtk/units.json. `--state` also writes a state file, which opens the
+same view in the ParaView window.
 """
 
 import argparse
@@ -22,9 +22,15 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("case", type=Path, help="folder of the case, or a .pvd file")
     parser.add_argument("-o", "--output", type=Path, help="the picture [CASE/paraview.png]")
-    parser.add_argument("--scalar", default="displacement", help="point or cell array [%(default)s]")
-    parser.add_argument("--component", default="Magnitude", help="of a vector or tensor: X, XY, ... [%(default)s]")
-    parser.add_argument("--time", type=float, help="the exported time nearest to this one, s [the last]")
+    parser.add_argument(
+        "--scalar", default="displacement", help="point or cell array [%(default)s]"
+    )
+    parser.add_argument(
+        "--component", default="Magnitude", help="of a vector or tensor: X, XY, ... [%(default)s]"
+    )
+    parser.add_argument(
+        "--time", type=float, help="the exported time nearest to this one, s [the last]"
+    )
     parser.add_argument("--size", default="1280x960", help="pixels, WxH [%(default)s]")
     parser.add_argument("--state", type=Path, help="state file to write, .pvsm")
     options = parser.parse_args()
@@ -52,7 +58,11 @@ def main() -> None:
     source = simple.PVDReader(registrationName=pvd.stem, FileName=str(pvd.resolve()))
     simple.UpdatePipeline(proxy=source)
     times = list(source.TimestepValues) or [0.0]
-    time = times[-1] if options.time is None else min(times, key=lambda known: abs(known - options.time))
+    time = (
+        times[-1]
+        if options.time is None
+        else min(times, key=lambda known: abs(known - options.time))
+    )
 
     in_points = options.scalar in source.PointData.keys()
     arrays = source.PointData if in_points else source.CellData
@@ -89,7 +99,9 @@ def main() -> None:
     bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
     bar.Visibility = 1
 
-    title = simple.Text(registrationName="time", Text=f"{options.case.resolve().stem}    t = {time:.4g} s")
+    title = simple.Text(
+        registrationName="time", Text=f"{options.case.resolve().stem}    t = {time:.4g} s"
+    )
     simple.Show(title, view).Color = [0.1, 0.1, 0.1]
 
     simple.ResetCamera(view)

@@ -1,9 +1,11 @@
-"""Plots error against cost from the reports of mesh ladders, one line per formulation, mesh and thickness.
+"""Plots error against cost from mesh ladders, one line per director, mesh and thickness.
 
-Usage: python post/plot_report.py FILE.json ... [-o plot.png] [--x wall_s|dofs|faces|factorizations]
+Usage: python post/plot_report.py FILE.json ... [-o plot.png]
+                                  [--x wall_s|dofs|faces|factorizations]
 
-A row of a ladder has the keys director, mesh, thickness, faces, dofs, error, order, wall_s and factorizations. Rows are found
-wherever they stand in the files; files are drawn into one plot. A row whose error is null is left out, and that is said.
+A row of a ladder has the keys director, mesh, thickness, faces, dofs, error, order, wall_s and
+factorizations. Rows are found wherever they stand in the files; all files are drawn into one plot.
+A row whose error is null is left out, and that is said.
 """
 
 import argparse
@@ -19,7 +21,12 @@ import style
 from case import CaseError
 from style import COLOURS, LINES, plt
 
-AXES = {"wall_s": "run time [s]", "dofs": "unknowns", "faces": "faces", "factorizations": "factorisations"}
+AXES = {
+    "wall_s": "run time [s]",
+    "dofs": "unknowns",
+    "faces": "faces",
+    "factorizations": "factorisations",
+}
 MARKERS = "os^Dv<>P"
 
 
@@ -50,14 +57,19 @@ def key(row: dict[str, Any]) -> tuple[str, str, float | None]:
     return str(row["director"]), str(row.get("mesh", "")), row.get("thickness")
 
 
+def is_positive(value: Any) -> bool:
+    return isinstance(value, (int, float)) and value > 0
+
+
 def usable(rows: list[dict[str, Any]], x: str) -> list[dict[str, Any]]:
     """The rows that have a place on logarithmic axes; names the others."""
     kept = []
     for row in rows:
-        if isinstance(row.get("error"), (int, float)) and row["error"] > 0 and isinstance(row.get(x), (int, float)) and row[x] > 0:
+        if is_positive(row["error"]) and is_positive(row.get(x)):
             kept.append(row)
         else:
-            print(f"plot_report: left out {describe(key(row))}, {row.get('faces', '?')} faces: error {row.get('error')}, {x} {row.get(x)}")
+            what = f"{describe(key(row))}, {row.get('faces', '?')} faces"
+            print(f"plot_report: left out {what}: error {row['error']}, {x} {row.get(x)}")
     return kept
 
 
@@ -105,8 +117,15 @@ def draw(rows: list[dict[str, Any]], x: str) -> plt.Figure:
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("files", type=Path, nargs="+", help="report.json of one or more ladders")
-    parser.add_argument("-o", "--output", type=Path, help="picture, .png, .svg or .pdf [error_against_<x>.png beside the first file]")
-    parser.add_argument("--x", choices=AXES, default="wall_s", help="horizontal axis [%(default)s]")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="picture, .png, .svg or .pdf [error_against_<x>.png beside the first file]",
+    )
+    parser.add_argument(
+        "--x", choices=AXES, default="wall_s", help="horizontal axis [%(default)s]"
+    )
     options = parser.parse_args(arguments)
     try:
         rows = usable([row for path in options.files for row in load_rows(path)], options.x)

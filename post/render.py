@@ -1,10 +1,12 @@
 """Draws a case: a picture of one time, and a film of all of them if asked for.
 
-Usage: python post/render.py CASE [-o picture.png] [--film film.mp4] [--scalar NAME] [--component C] [--camera WHERE]
-                             [--warp FACTOR] [--time T | --step N] [--size WxH] [--edges] [--cmap NAME]
+Usage: python post/render.py CASE [-o picture.png] [--film film.mp4] [--scalar NAME]
+                             [--component C] [--camera WHERE] [--warp FACTOR]
+                             [--time T | --step N] [--size WxH] [--edges] [--cmap NAME]
 
-Reads only what `thinshell export` wrote: CASE/vtk/*.pvd, the surfaces it names, and CASE/vtk/units.json. The camera, the
-colours and the outline are chosen once for all times, so that the frames of a film and pictures of several times compare.
+Reads only what `thinshell export` wrote: CASE/vtk/*.pvd, the surfaces it names, and
+CASE/vtk/units.json. The camera, the colours and the outline are chosen once for all times, so that
+the frames of a film and pictures of several times compare.
 """
 
 import argparse
@@ -23,7 +25,12 @@ from case import CaseError, Series, load_series
 
 # Towards the viewer, in (along the longer horizontal side, along the shorter one, up).
 AUTO_DIRECTION = (-0.55, -1.0, 0.6)
-DIRECTIONS = {"iso": (1.0, -1.0, 0.8), "x": (1.0, 0.0, 0.0), "y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+DIRECTIONS = {
+    "iso": (1.0, -1.0, 0.8),
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+}
 VIEW_ANGLE = 20.0  # degrees; small, so that perspective does not pass for deformation
 COMPONENTS = {
     2: ("1", "2"),
@@ -37,25 +44,59 @@ VTK_FONT_FILE = 4  # vtkTextProperty: use the font file
 FILM_SECONDS = 6.0  # shortest film, down to 5 frames a second
 
 
-# VTK warns that there is no X server before it turns to EGL or OSMesa, which is what is meant here.
+# VTK warns that there is no X server before it turns to EGL or OSMesa, which is meant here.
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
 
 
 def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("case", type=Path, help="folder of the case, or a .pvd file")
-    parser.add_argument("-o", "--output", type=Path, help="the picture [CASE/picture.png, unless only --film is given]")
-    parser.add_argument("--film", type=Path, help="film of all times, .mp4 or .gif; .gif where no encoder is installed")
-    parser.add_argument("--scalar", default="displacement", help="point or cell array that colours the surface [%(default)s]")
-    parser.add_argument("--component", help="of a vector or tensor: x, xy, 1 ... [its Euclidean or Frobenius norm]")
-    parser.add_argument("--camera", nargs="+", default=["auto"], help="auto, iso, x, y, z, or nine numbers: position, focus, up")
-    parser.add_argument("--warp", type=float, default=1.0, help="factor on the displacement; other than 1 is said in the title")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="the picture [CASE/picture.png, unless only --film is given]",
+    )
+    parser.add_argument(
+        "--film",
+        type=Path,
+        help="film of all times, .mp4 or .gif; .gif where no encoder is installed",
+    )
+    parser.add_argument(
+        "--scalar",
+        default="displacement",
+        help="point or cell array that colours the surface [%(default)s]",
+    )
+    parser.add_argument(
+        "--component", help="of a vector or tensor: x, xy, 1 ... [its Euclidean or Frobenius norm]"
+    )
+    parser.add_argument(
+        "--camera",
+        nargs="+",
+        default=["auto"],
+        help="auto, iso, x, y, z, or nine numbers: position, focus, up",
+    )
+    parser.add_argument(
+        "--warp",
+        type=float,
+        default=1.0,
+        help="factor on the displacement; other than 1 is said in the title",
+    )
     when = parser.add_mutually_exclusive_group()
-    when.add_argument("--time", type=float, help="draw the exported time nearest to this one, s [the last]")
-    when.add_argument("--step", type=int, help="draw the N-th exported time, from 0; negative ones count from the end")
+    when.add_argument(
+        "--time", type=float, help="draw the exported time nearest to this one, s [the last]"
+    )
+    when.add_argument(
+        "--step",
+        type=int,
+        help="draw the N-th exported time, from 0; negative ones count from the end",
+    )
     parser.add_argument("--size", default="1280x960", help="pixels, WxH [%(default)s]")
     parser.add_argument("--edges", action="store_true", help="draw the edges of the mesh")
-    parser.add_argument("--cmap", help="colour map of matplotlib [viridis; coolwarm about zero if the sign changes]")
+    parser.add_argument(
+        "--cmap",
+        help="colour map of matplotlib [viridis; coolwarm about zero if the sign changes]",
+    )
     options = parser.parse_args(arguments)
     try:
         width, height = (int(side) for side in options.size.split("x"))
@@ -75,7 +116,9 @@ def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespac
     if options.cmap and options.cmap not in matplotlib.colormaps:
         parser.error(f"--cmap {options.cmap}: matplotlib has no such colour map")
     if options.output is None and options.film is None:
-        options.output = (options.case.parent if options.case.suffix == ".pvd" else options.case) / "picture.png"
+        options.output = (
+            options.case.parent if options.case.suffix == ".pvd" else options.case
+        ) / "picture.png"
     return options
 
 
@@ -94,7 +137,9 @@ def colour_values(surface: pv.PolyData, array: str, component: str | None) -> np
     data = surface.point_data if array in surface.point_data else surface.cell_data
     if array not in data:
         known = sorted({*surface.point_data.keys(), *surface.cell_data.keys()})
-        raise CaseError(f"--scalar {array}: not exported; there are {', '.join(known) or 'no arrays'}")
+        raise CaseError(
+            f"--scalar {array}: not exported; there are {', '.join(known) or 'no arrays'}"
+        )
     values = np.asarray(data[array], dtype=float)
     if values.ndim == 1:
         return values
@@ -114,7 +159,7 @@ def colour_label(series: Series, array: str, component: str | None) -> str:
 
 
 def colour_range(values: list[np.ndarray]) -> tuple[float, float]:
-    """Smallest and largest value of all times; even about zero if the sign changes, never empty."""
+    """The range of all times; even about zero if the sign changes; never empty."""
     finite = np.concatenate([array[np.isfinite(array)] for array in values])
     if finite.size == 0:
         return 0.0, 1.0
@@ -135,7 +180,9 @@ def warp(surface: pv.PolyData, factor: float) -> pv.PolyData:
     if "displacement" not in surface.point_data:
         raise CaseError("--warp: the array 'displacement' was not exported")
     warped = surface.copy()
-    warped.points = surface.points + (factor - 1.0) * np.asarray(surface.point_data["displacement"])
+    warped.points = surface.points + (factor - 1.0) * np.asarray(
+        surface.point_data["displacement"]
+    )
     return warped
 
 
@@ -153,7 +200,7 @@ def view_direction(camera: str, extent: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def place_camera(plotter: pv.Plotter, points: np.ndarray, camera: list) -> None:
-    """Frames all points, which are those of all times, in the part of the picture that the legend leaves free."""
+    """Frames all points, those of all times, in the part of the picture beside the legend."""
     plotter.camera.view_angle = VIEW_ANGLE
     if len(camera) == 9:
         plotter.camera_position = [camera[0:3], camera[3:6], camera[6:9]]
@@ -166,7 +213,7 @@ def place_camera(plotter: pv.Plotter, points: np.ndarray, camera: list) -> None:
     above = np.cross(towards, right)
     centre = 0.5 * (low + high)
     # The outline has to fit as well: its corners may reach further than any point.
-    corners = np.array(np.meshgrid(*zip(low, high))).reshape(3, -1).T
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
     local = (np.vstack([points, corners]) - centre) @ np.column_stack([right, above, towards])
     middle = 0.5 * (local.min(axis=0) + local.max(axis=0)) * [1, 1, 0]
     centre = centre + middle[0] * right + middle[1] * above
@@ -187,20 +234,25 @@ def set_font(text: vtkTextProperty) -> None:
 
 
 class Stage:
-    """Everything that is the same at all times, and the plotter that draws one time after another."""
+    """What is the same at all times, and the plotter that draws one time after another."""
 
     def __init__(self, series: Series, options: argparse.Namespace) -> None:
         self.series = series
         self.options = options
         self.surfaces = [warp(surface, options.warp) for surface in series.surfaces]
-        self.values = [colour_values(surface, options.scalar, options.component) for surface in series.surfaces]
+        self.values = [
+            colour_values(surface, options.scalar, options.component)
+            for surface in series.surfaces
+        ]
         self.range = colour_range(self.values)
         diverging = self.range[0] == -self.range[1]
         self.cmap = options.cmap or ("coolwarm" if diverging else "viridis")
         self.label = colour_label(series, options.scalar, options.component)
         self.points = np.vstack([np.asarray(surface.points) for surface in self.surfaces])
         self.scale = options.size[1] / 960.0
-        self.plotter = pv.Plotter(off_screen=True, window_size=list(options.size), lighting="light kit")
+        self.plotter = pv.Plotter(
+            off_screen=True, window_size=list(options.size), lighting="light kit"
+        )
         self.plotter.set_background("white")
         self.plotter.enable_anti_aliasing("ssaa")
         self._add_frame()
@@ -210,17 +262,31 @@ class Stage:
         """Outline of the space all times fill, the boundary at the first time, and the axes."""
         low, high = self.points.min(axis=0), self.points.max(axis=0)
         bounds = np.column_stack([low, high]).ravel()
-        self.plotter.add_mesh(pv.Box(bounds).extract_all_edges(), color="#c4c8cc", line_width=1.2 * self.scale)
-        first = self.surfaces[0].extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
+        self.plotter.add_mesh(
+            pv.Box(bounds).extract_all_edges(), color="#c4c8cc", line_width=1.2 * self.scale
+        )
+        first = self.surfaces[0].extract_feature_edges(
+            feature_edges=False, manifold_edges=False, non_manifold_edges=False
+        )
         if first.n_points:
             self.plotter.add_mesh(first, color="#8a9096", line_width=1.6 * self.scale)
         self.plotter.add_axes(color=INK, line_width=3, viewport=(0.0, 0.0, 0.16, 0.21))
         size = "  x  ".join(f"{side:.3g}" for side in high - low)
         self._add_text(f"outline {size} m", (0.17, 0.03), 8, "#60666c", "outline")
 
-    def _add_text(self, text: str, position: tuple[float, float], size: float, color: str, name: str) -> None:
+    def _add_text(
+        self, text: str, position: tuple[float, float], size: float, color: str, name: str
+    ) -> None:
         size = max(round(size * self.scale), 4)
-        self.plotter.add_text(text, position=position, viewport=True, font_size=size, color=color, font_file=FONT, name=name)
+        self.plotter.add_text(
+            text,
+            position=position,
+            viewport=True,
+            font_size=size,
+            color=color,
+            font_file=FONT,
+            name=name,
+        )
 
     def _add_scalar_bar(self) -> None:
         bar = self.plotter.add_scalar_bar(
@@ -282,7 +348,9 @@ def chosen_step(times: list[float], options: argparse.Namespace) -> int:
     if options.step is None:
         return len(times) - 1
     if not -len(times) <= options.step < len(times):
-        raise CaseError(f"--step {options.step}: there are {len(times)} exported times, 0 to {len(times) - 1}")
+        raise CaseError(
+            f"--step {options.step}: there are {len(times)} exported times, 0 to {len(times) - 1}"
+        )
     return options.step % len(times)
 
 
@@ -302,7 +370,12 @@ def film_path(wanted: Path) -> Path:
 def write_film(path: Path, frames: list[np.ndarray]) -> None:
     rate = float(np.clip(len(frames) / FILM_SECONDS, 5, 30))
     if path.suffix == ".mp4":
-        settings = {"codec": "libx264", "quality": 8, "macro_block_size": 2, "pixelformat": "yuv420p"}
+        settings = {
+            "codec": "libx264",
+            "quality": 8,
+            "macro_block_size": 2,
+            "pixelformat": "yuv420p",
+        }
         iio.imwrite(path, np.stack(frames), plugin="FFMPEG", fps=rate, **settings)
     else:
         iio.imwrite(path, frames, duration=1000 / rate, loop=0)

@@ -2,8 +2,8 @@
 
 Usage: python tests/post_smoke/smoke.py [CASE]
 
-CASE is the folder of a computed and exported case; without one a made-up case is drawn. Prints one line per check and
-exits with 1 at the first that fails.
+CASE is the folder of a computed and exported case; without one a made-up case is drawn. Prints one
+line per check and exits with 1 at the first that fails.
 """
 
 import subprocess
@@ -24,9 +24,13 @@ class SmokeError(Exception):
 
 
 def run(script: str, *arguments: object) -> None:
-    finished = subprocess.run([sys.executable, POST / script, *map(str, arguments)], capture_output=True, text=True)
+    finished = subprocess.run(
+        [sys.executable, POST / script, *map(str, arguments)], capture_output=True, text=True
+    )
     if finished.returncode != 0:
-        raise SmokeError(f"{script} ended with {finished.returncode}: {finished.stderr.strip() or finished.stdout.strip()}")
+        raise SmokeError(
+            f"{script} ended with {finished.returncode}: {finished.stderr}{finished.stdout}"
+        )
 
 
 def check(what: str, passed: bool, detail: str) -> None:
@@ -63,16 +67,44 @@ def check_plot(what: str, path: Path) -> None:
 
 
 def smoke(case: Path, folder: Path) -> None:
-    run("render.py", case, "-o", folder / "picture.png", "--film", folder / "film.mp4", "--size", "640x480")
+    run(
+        "render.py",
+        case,
+        "-o",
+        folder / "picture.png",
+        "--film",
+        folder / "film.mp4",
+        "--size",
+        "640x480",
+    )
     check_picture("the picture", iio.imread(folder / "picture.png"), 0.005)
-    run("render.py", case, "-o", folder / "above.png", "--camera", "z", "--component", "x", "--edges", "--size", "640x480")
+    run(
+        "render.py",
+        case,
+        "-o",
+        folder / "above.png",
+        "--camera",
+        "z",
+        "--component",
+        "x",
+        "--edges",
+        "--size",
+        "640x480",
+    )
     check_picture("the view from above", iio.imread(folder / "above.png"), 0.005)
 
     film = next(path for path in (folder / "film.mp4", folder / "film.gif") if path.is_file())
     frames = list(iio.imiter(film))
     shape = field_of_view(frames[0]).shape
-    moved = max(float(np.mean(np.abs(field_of_view(frame) - field_of_view(frames[0])) > 40)) for frame in frames)
-    check("the film moves", len(frames) > 1 and moved > 1e-3, f"{len(frames)} frames of {shape[1]}x{shape[0]}, {moved:.1%} changes")
+    moved = max(
+        float(np.mean(np.abs(field_of_view(frame) - field_of_view(frames[0])) > 40))
+        for frame in frames
+    )
+    check(
+        "the film moves",
+        len(frames) > 1 and moved > 1e-3,
+        f"{len(frames)} frames of {shape[1]}x{shape[0]}, {moved:.1%} changes",
+    )
 
     run("history.py", case, "-o", folder / "history.png")
     check_plot("the history", folder / "history.png")

@@ -1,4 +1,4 @@
-"""Writes a made-up case as thinshell exports one, so that the smoke test also runs without a build."""
+"""Writes a made-up case as thinshell exports one: the smoke test then runs without a build."""
 
 import csv
 import json
@@ -9,8 +9,10 @@ import pyvista as pv
 
 
 def bent_strip(curvature: float) -> pv.PolyData:
-    """A strip of 0.2 m x 0.05 m bent to a cylinder of the given curvature, 1/m, with its exported arrays."""
-    plane = pv.Plane(center=(0.1, 0.0, 0.0), i_size=0.2, j_size=0.05, i_resolution=40, j_resolution=10).triangulate()
+    """A strip of 0.2 m x 0.05 m bent to a cylinder of the given curvature (1/m), with arrays."""
+    plane = pv.Plane(
+        center=(0.1, 0.0, 0.0), i_size=0.2, j_size=0.05, i_resolution=40, j_resolution=10
+    ).triangulate()
     flat = np.asarray(plane.points, dtype=float)
     turned = flat.copy()
     if curvature:
@@ -18,7 +20,9 @@ def bent_strip(curvature: float) -> pv.PolyData:
         turned[:, 2] = (1 - np.cos(curvature * flat[:, 0])) / curvature
     surface = pv.PolyData(turned, plane.faces)
     surface.point_data["displacement"] = turned - flat
-    surface.point_data["moisture_top"] = curvature / 10 * np.exp(-(((flat[:, 0] - 0.1) / 0.05) ** 2))
+    surface.point_data["moisture_top"] = (
+        curvature / 10 * np.exp(-(((flat[:, 0] - 0.1) / 0.05) ** 2))
+    )
     stress = np.zeros((surface.n_cells, 6))
     stress[:, 0] = 1e5 * curvature * np.sin(30 * surface.cell_centers().points[:, 0])
     surface.cell_data["membrane_stress"] = stress
@@ -33,7 +37,8 @@ def write_case(case: Path, steps: int = 6) -> None:
     with (case / "history.csv").open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(
-            "step time_s dt_s halvings newton_iterations fallback_iterations factorizations residual increment "
+            "step time_s dt_s halvings newton_iterations fallback_iterations factorizations "
+            "residual increment "
             "kinetic_energy_J membrane_energy_J bending_energy_J wall_s".split()
         )
         for step in range(steps):
@@ -41,12 +46,31 @@ def write_case(case: Path, steps: int = 6) -> None:
             name = f"surface_{step:04}.vtp"
             bent_strip(10 * step / max(steps - 1, 1)).save(vtk / name)
             entries.append(f'<DataSet timestep="{time:g}" group="" part="0" file="{name}"/>')
-            writer.writerow([step, time, 0.1, 0, 4, 0, 4, 1e-9, 1e-7, 1e-6 * np.exp(-time), 1e-5 * time, 1e-4 * time**2, 0.2 * step])
+            writer.writerow(
+                [
+                    step,
+                    time,
+                    0.1,
+                    0,
+                    4,
+                    0,
+                    4,
+                    1e-9,
+                    1e-7,
+                    1e-6 * np.exp(-time),
+                    1e-5 * time,
+                    1e-4 * time**2,
+                    0.2 * step,
+                ]
+            )
     body = "\n".join(entries)
     (vtk / "surface.pvd").write_text(
-        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n{body}\n</Collection>\n</VTKFile>\n'
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
+        f"{body}\n</Collection>\n</VTKFile>\n"
     )
-    (vtk / "units.json").write_text(json.dumps({"displacement": "m", "moisture_top": "1", "membrane_stress": "N/m"}))
+    (vtk / "units.json").write_text(
+        json.dumps({"displacement": "m", "moisture_top": "1", "membrane_stress": "N/m"})
+    )
 
 
 def write_ladder(path: Path) -> None:
@@ -62,7 +86,9 @@ def write_ladder(path: Path) -> None:
                     "thickness": 1e-3,
                     "faces": faces,
                     "dofs": 3 * faces,
-                    "error": None if level == 4 and director == "averaged" else 0.1 / slow / 4**level,
+                    "error": None
+                    if level == 4 and director == "averaged"
+                    else 0.1 / slow / 4**level,
                     "order": None if level == 0 else 2.0,
                     "wall_s": 0.02 * slow * 4.6**level,
                     "factorizations": 8,
