@@ -44,6 +44,7 @@ unit: hdf5 ## all Rust tests, documentation examples included
 	cargo test $(CARGO_FLAGS) --doc
 
 post-test: build ## run the smallest scene, draw it and look at the pixels
+	rm -rf $(SMOKE_CASE)
 	$(THINSHELL) all $(SMOKE_SCENE) --case $(SMOKE_CASE)
 	@.ci/post.sh tests/post_smoke/smoke.py $(SMOKE_CASE)
 

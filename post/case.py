@@ -15,12 +15,17 @@ class CaseError(Exception):
 
 @dataclass(frozen=True)
 class Series:
-    """The surface at each exported time (s), and the unit of each array."""
+    """The surface at each exported time, and the unit of each array and of `time`."""
 
     name: str
     times: list[float]
     surfaces: list[pv.PolyData]
     units: dict[str, str]
+
+    def moment(self, step: int) -> str:
+        """The time of a step in words; in statics it is the load factor and has no unit."""
+        unit = self.units.get("time", "")
+        return f"t = {self.times[step]:.4g}" + (f" {unit}" if unit not in ("", "1") else "")
 
 
 def load_series(case: Path) -> Series:
@@ -50,7 +55,7 @@ def load_series(case: Path) -> Series:
             algorithm="dataset_surface",
         )
         if surface.n_points == 0:
-            raise CaseError(f"{pvd}: no surface at time {time:g} s")
+            raise CaseError(f"{pvd}: no surface at time {time:g}")
         surfaces.append(surface)
     units_file = pvd.parent / "units.json"
     units = json.loads(units_file.read_text()) if units_file.is_file() else {}

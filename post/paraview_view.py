@@ -29,7 +29,7 @@ def parse_arguments() -> argparse.Namespace:
         "--component", default="Magnitude", help="of a vector or tensor: X, XY, ... [%(default)s]"
     )
     parser.add_argument(
-        "--time", type=float, help="the exported time nearest to this one, s [the last]"
+        "--time", type=float, help="the exported time nearest to this one [the last]"
     )
     parser.add_argument("--size", default="1280x960", help="pixels, WxH [%(default)s]")
     parser.add_argument("--state", type=Path, help="state file to write, .pvsm")
@@ -99,9 +99,9 @@ def main() -> None:
     bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
     bar.Visibility = 1
 
-    title = simple.Text(
-        registrationName="time", Text=f"{options.case.resolve().stem}    t = {time:.4g} s"
-    )
+    unit = units.get("time", "1")
+    moment = f"t = {time:.4g}" + (f" {unit}" if unit != "1" else "")
+    title = simple.Text(registrationName="time", Text=f"{options.case.resolve().stem}    {moment}")
     simple.Show(title, view).Color = [0.1, 0.1, 0.1]
 
     simple.ResetCamera(view)
@@ -115,7 +115,7 @@ def main() -> None:
     folder = options.case.parent if options.case.suffix == ".pvd" else options.case
     output = options.output or folder / "paraview.png"
     simple.SaveScreenshot(str(output), view, ImageResolution=options.size)
-    print(f"paraview_view: {output} ({options.scalar} at t = {time:.4g} s)")
+    print(f"paraview_view: {output} ({options.scalar} at {moment})")
     if options.state:
         simple.SaveState(str(options.state))
         print(f"paraview_view: {options.state}")

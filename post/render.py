@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import imageio.v3 as iio
+import imageio.v2 as imageio
 import matplotlib
 import numpy as np
 import pyvista as pv
@@ -84,7 +84,7 @@ def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespac
     )
     when = parser.add_mutually_exclusive_group()
     when.add_argument(
-        "--time", type=float, help="draw the exported time nearest to this one, s [the last]"
+        "--time", type=float, help="draw the exported time nearest to this one [the last]"
     )
     when.add_argument(
         "--step",
@@ -334,7 +334,7 @@ class Stage:
         )
         if not self.plotter.scalar_bars:
             self._add_scalar_bar()
-        title = f"{self.series.name}    t = {self.series.times[step]:.4g} s"
+        title = f"{self.series.name}    {self.series.moment(step)}"
         if self.options.warp != 1.0:
             title += f"    displacement x {self.options.warp:g}"
         self._add_text(title, (0.03, 0.93), 12, INK, "title")
@@ -367,18 +367,17 @@ def film_path(wanted: Path) -> Path:
     return wanted
 
 
-def write_film(path: Path, frames: list[np.ndarray]) -> None:
-    rate = float(np.clip(len(frames) / FILM_SECONDS, 5, 30))
+def write_film(path: Path, stage: Stage) -> None:
+    count = len(stage.surfaces)
+    rate = float(np.clip(count / FILM_SECONDS, 5, 30))
     if path.suffix == ".mp4":
-        settings = {
-            "codec": "libx264",
-            "quality": 8,
-            "macro_block_size": 2,
-            "pixelformat": "yuv420p",
-        }
-        iio.imwrite(path, np.stack(frames), plugin="FFMPEG", fps=rate, **settings)
+        # Sides are even, so the encoder needs no padding to blocks.
+        writer = imageio.get_writer(path, fps=rate, codec="libx264", quality=8, macro_block_size=2)
     else:
-        iio.imwrite(path, frames, duration=1000 / rate, loop=0)
+        writer = imageio.get_writer(path, duration=1000 / rate, loop=0)
+    with writer:
+        for step in range(count):
+            writer.append_data(stage.draw(step))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -394,11 +393,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
     if options.output is not None:
-        iio.imwrite(options.output, stage.draw(step))
-        print(f"render: {options.output} ({options.scalar} at t = {series.times[step]:.4g} s)")
+        imageio.imwrite(options.output, stage.draw(step))
+        print(f"render: {options.output} ({options.scalar} at {series.moment(step)})")
     if options.film is not None:
         film = film_path(options.film)
-        write_film(film, [stage.draw(index) for index in range(len(series.times))])
+        write_film(film, stage)
         print(f"render: {film} ({len(series.times)} frames)")
     stage.plotter.close()
     return 0

@@ -69,7 +69,9 @@ def write_case(case: Path, steps: int = 6) -> None:
         f"{body}\n</Collection>\n</VTKFile>\n"
     )
     (vtk / "units.json").write_text(
-        json.dumps({"displacement": "m", "moisture_top": "1", "membrane_stress": "N/m"})
+        json.dumps(
+            {"time": "s", "displacement": "m", "moisture_top": "1", "membrane_stress": "N/m"}
+        )
     )
 
 
