@@ -56,6 +56,8 @@ def load_series(case: Path) -> Series:
         )
         if surface.n_points == 0:
             raise CaseError(f"{pvd}: no surface at time {time:g}")
+        if not np.isfinite(surface.points).all():
+            raise CaseError(f"{pvd}: positions at time {time:g} are not finite")
         surfaces.append(surface)
     units_file = pvd.parent / "units.json"
     units = json.loads(units_file.read_text()) if units_file.is_file() else {}
