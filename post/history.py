@@ -20,15 +20,18 @@ from case import CaseError, load_history
 from style import plt
 
 # Title, unit and scale of each panel, and the columns it takes by exact name.
+COUNTS = (
+    "newton_iterations",
+    "fallback_iterations",
+    "factorizations",
+    "halvings",
+    "negative_pivots",
+)
 PANELS = [
     ("time step", "s", "log", ("dt_s",)),
-    (
-        "work per step",
-        "count",
-        "linear",
-        ("newton_iterations", "fallback_iterations", "factorizations", "halvings"),
-    ),
-    ("convergence", "", "log", ("residual", "increment")),
+    ("work", "count", "linear", COUNTS),
+    ("residual", "", "log", ("residual",)),
+    ("increment", "m", "log", ("increment_m",)),
     ("run time", "s", "linear", ("wall_s",)),
 ]
 ENERGY = "_energy_J"

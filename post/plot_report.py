@@ -77,7 +77,7 @@ def describe(formulation: tuple[str, str, float | None]) -> str:
     director, mesh, thickness = formulation
     parts = [director.replace("_", " "), mesh]
     if isinstance(thickness, (int, float)):
-        parts.append(f"h = {thickness:g} m")
+        parts.append(f"{thickness:g} m")
     return ", ".join(part for part in parts if part)
 
 
@@ -93,6 +93,7 @@ def draw(rows: list[dict[str, Any]], x: str) -> plt.Figure:
         groups.setdefault(key(row), []).append(row)
     # Director: colour; mesh: line; thickness: marker.
     kinds = [list(dict.fromkeys(group[part] for group in groups)) for part in range(3)]
+    several = len(kinds[2]) > 1
     figure, axis = plt.subplots(figsize=(6.4, 4.8), layout="constrained")
     for group, members in groups.items():
         members.sort(key=lambda row: row.get("faces", row[x]))
@@ -103,10 +104,12 @@ def draw(rows: list[dict[str, Any]], x: str) -> plt.Figure:
             color=COLOURS[director % len(COLOURS)],
             linestyle=LINES[mesh % len(LINES)],
             marker=MARKERS[thickness % len(MARKERS)],
-            label=describe(group) + order_of(members),
+            label=describe((*group[:2], group[2] if several else None)) + order_of(members),
         )
     errors = np.array([row["error"] for row in rows])
     axis.set_ylim(errors.min() / 2, errors.max() * 2)
+    if not several and kinds[2][0] is not None:
+        axis.set_title(f"thickness {kinds[2][0]:g} m")
     axis.set_xlabel(AXES[x])
     axis.set_ylabel("error")
     figure.legend(loc="outside lower center", ncols=2, fontsize=8)

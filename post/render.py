@@ -41,7 +41,7 @@ COMPONENTS = {
 INK = "#202428"
 FONT = str(Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")
 VTK_FONT_FILE = 4  # vtkTextProperty: use the font file
-FILM_SECONDS = 6.0  # shortest film, down to 5 frames a second
+FILM_SECONDS = 6.0  # at 1 to 30 frames a second
 
 
 # VTK warns that there is no X server before it turns to EGL or OSMesa, which is meant here.
@@ -369,7 +369,7 @@ def film_path(wanted: Path) -> Path:
 
 def write_film(path: Path, stage: Stage) -> None:
     count = len(stage.surfaces)
-    rate = float(np.clip(count / FILM_SECONDS, 5, 30))
+    rate = float(np.clip(count / FILM_SECONDS, 1, 30))
     if path.suffix == ".mp4":
         # Sides are even, so the encoder needs no padding to blocks.
         writer = imageio.get_writer(path, fps=rate, codec="libx264", quality=8, macro_block_size=2)

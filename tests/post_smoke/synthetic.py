@@ -38,7 +38,7 @@ def write_case(case: Path, steps: int = 6) -> None:
         writer = csv.writer(file)
         writer.writerow(
             "step time_s dt_s halvings newton_iterations fallback_iterations factorizations "
-            "residual increment "
+            "residual increment_m "
             "kinetic_energy_J membrane_energy_J bending_energy_J wall_s".split()
         )
         for step in range(steps):
