@@ -56,6 +56,16 @@ def label(column: str) -> str:
     return column.removesuffix(ENERGY).removesuffix("_s").replace("_", " ")
 
 
+def show_decades(axis: plt.Axes, values: np.ndarray) -> None:
+    """Gives a logarithmic axis at least two decades; a constant would show its rounding."""
+    positive = np.log10(values[values > 0])
+    if positive.size:
+        low, high = float(positive.min()), float(positive.max())
+        margin = max(0.15, 1.0 - (high - low) / 2)
+        axis.set_ylim(10 ** (low - margin), 10 ** (high + margin))
+    axis.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+
+
 def draw(history: dict[str, np.ndarray], columns: list[str], title: str) -> plt.Figure:
     panels = arrange(columns)
     time = history["time_s"]
@@ -76,6 +86,8 @@ def draw(history: dict[str, np.ndarray], columns: list[str], title: str) -> plt.
                 values = np.where(values > 0, values, np.nan)
             axis.plot(time, values, line, marker=marker, label=label(column))
         axis.set_yscale(scale)
+        if scale == "log":
+            show_decades(axis, np.concatenate([history[column] for column in members]))
         if scale == "linear" and unit != "count":
             axis.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
         if unit == "count":
