@@ -1,0 +1,133 @@
+"""Draws a small case with every script of post/ and looks at the pixels.
+
+Usage: python tests/post_smoke/smoke.py [CASE]
+
+CASE is the folder of a computed and exported case; without one a made-up case is drawn. Prints one
+line per check and exits with 1 at the first that fails.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+
+from synthetic import write_case, write_ladder
+
+POST = Path(__file__).resolve().parents[2] / "post"
+
+
+class SmokeError(Exception):
+    """A picture is not what it should be."""
+
+
+def run(script: str, *arguments: object) -> None:
+    finished = subprocess.run(
+        [sys.executable, POST / script, *map(str, arguments)], capture_output=True, text=True
+    )
+    if finished.returncode != 0:
+        raise SmokeError(
+            f"{script} ended with {finished.returncode}: {finished.stderr}{finished.stdout}"
+        )
+
+
+def check(what: str, passed: bool, detail: str) -> None:
+    if not passed:
+        raise SmokeError(f"{what}: {detail}")
+    print(f"post: ok: {what} ({detail})")
+
+
+def field_of_view(picture: np.ndarray) -> np.ndarray:
+    """The part of a picture that holds only the object: no title, no legend, no axes."""
+    height, width = picture.shape[:2]
+    return picture[int(0.1 * height) : int(0.78 * height), : int(0.8 * width), :3].astype(int)
+
+
+def surface_pixels(picture: np.ndarray) -> np.ndarray:
+    """Colours (n, 3) of the coloured pixels; the grey outline has next to no saturation."""
+    view = field_of_view(picture)
+    return view[np.ptp(view, axis=2) > 24]
+
+
+def check_picture(what: str, picture: np.ndarray, smallest_share: float) -> None:
+    view = field_of_view(picture)
+    coloured = surface_pixels(picture)
+    share = len(coloured) / (view.shape[0] * view.shape[1])
+    check(f"{what} shows a surface", smallest_share < share < 0.9, f"{share:.1%} of the view")
+    hues = len(np.unique(coloured // 16, axis=0))
+    check(f"{what} is coloured by the field", hues >= 8, f"{hues} distinct colours")
+
+
+def check_plot(what: str, path: Path) -> None:
+    picture = iio.imread(path)[..., :3].astype(int)
+    coloured = float(np.mean(np.ptp(picture, axis=2) > 60))
+    check(f"{what} has lines", coloured > 3e-4, f"{coloured:.2%} coloured")
+
+
+def smoke(case: Path, folder: Path) -> None:
+    run(
+        "render.py",
+        case,
+        "-o",
+        folder / "picture.png",
+        "--film",
+        folder / "film.mp4",
+        "--size",
+        "640x480",
+    )
+    check_picture("the picture", iio.imread(folder / "picture.png"), 0.005)
+    run(
+        "render.py",
+        case,
+        "-o",
+        folder / "above.png",
+        "--camera",
+        "z",
+        "--component",
+        "x",
+        "--edges",
+        "--size",
+        "640x480",
+    )
+    check_picture("the view from above", iio.imread(folder / "above.png"), 0.005)
+
+    film = next(path for path in (folder / "film.mp4", folder / "film.gif") if path.is_file())
+    frames = list(iio.imiter(film))
+    shape = field_of_view(frames[0]).shape
+    moved = max(
+        float(np.mean(np.abs(field_of_view(frame) - field_of_view(frames[0])) > 40))
+        for frame in frames
+    )
+    check(
+        "the film moves",
+        len(frames) > 1 and moved > 1e-3,
+        f"{len(frames)} frames of {shape[1]}x{shape[0]}, {moved:.1%} changes",
+    )
+
+    run("history.py", case, "-o", folder / "history.png")
+    check_plot("the history", folder / "history.png")
+    write_ladder(folder / "ladder.json")
+    run("plot_report.py", folder / "ladder.json", "-o", folder / "ladder.png")
+    check_plot("the ladder", folder / "ladder.png")
+
+
+def main() -> int:
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        if len(sys.argv) > 1:
+            case = Path(sys.argv[1])
+        else:
+            case = folder / "case"
+            write_case(case)
+        try:
+            smoke(case, folder)
+        except SmokeError as error:
+            print(f"post: FAILED: {error}", file=sys.stderr)
+            return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
