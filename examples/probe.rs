@@ -27,8 +27,12 @@ fn strip(nx: usize, ny: usize, l: f64, w: f64, jitter: f64) -> Mesh {
 fn main() {
     struct L;
     impl log::Log for L {
-        fn enabled(&self, _: &log::Metadata) -> bool { true }
-        fn log(&self, r: &log::Record) { eprintln!("{}", r.args()) }
+        fn enabled(&self, _: &log::Metadata) -> bool {
+            true
+        }
+        fn log(&self, r: &log::Record) {
+            eprintln!("{}", r.args())
+        }
         fn flush(&self) {}
     }
     let args: Vec<String> = std::env::args().collect();
@@ -57,11 +61,30 @@ fn main() {
     let initial: Vec<Forms> = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] }).collect();
     let c = |v: f64| -> ScalarField { Box::new(move |_, _| v) };
     let law = Pullback { abar: None, bbar: Some([c(1.0 / radius), c(0.0), c(0.0)]), polar: false };
-    let driver = RestDriver::new(mesh.clone(), topology.clone(), Box::new(law), false, Sampling::Edges, Some(Box::new(|t| t)), vec![h; mesh.faces.len()], initial.clone());
+    let driver = RestDriver::new(
+        mesh.clone(),
+        topology.clone(),
+        Box::new(law),
+        false,
+        Sampling::Edges,
+        Some(Box::new(|t| t)),
+        vec![h; mesh.faces.len()],
+        initial.clone(),
+    );
     let at = |i: usize, j: usize| i * (ny + 1) + j;
     let (cc, a, d) = (at(nx / 2, ny / 2), at(nx / 2, 0), at(nx / 2 + 1, ny / 2));
-    let held = [3 * cc, 3 * cc + 1, 3 * cc + 2, 3 * a, 3 * a + 2, 3 * d + 2].map(|u| HeldUnknown { unknown: u, start: x[u], motion: None }).into();
-    let parts = Parts { shell, inertia: None, gravity: None, rest: Some(driver), initial_forms: initial, held, positions: mesh.vertices.clone(), velocities: vec![] };
+    let held =
+        [3 * cc, 3 * cc + 1, 3 * cc + 2, 3 * a, 3 * a + 2, 3 * d + 2].map(|u| HeldUnknown { unknown: u, start: x[u], motion: None }).into();
+    let parts = Parts {
+        shell,
+        inertia: None,
+        gravity: None,
+        rest: Some(driver),
+        initial_forms: initial,
+        held,
+        positions: mesh.vertices.clone(),
+        velocities: vec![],
+    };
     let t0 = std::time::Instant::now();
     let mut model = ShellModel::new(parts, mesh.diameter(), 1e-9, 25).unwrap();
     println!("setup {:?}", t0.elapsed());
@@ -72,5 +95,11 @@ fn main() {
     let xs = model.unknowns();
     // radius by chord of the middle line: ends distance
     let p = |v: usize| Vector3::new(xs[3 * v], xs[3 * v + 1], xs[3 * v + 2]);
-    println!("{:?} {:?} chord {} exact {}", model.counters(), t0.elapsed(), (p(at(nx, ny / 2)) - p(at(0, ny / 2))).norm(), 2.0 * radius * (l / 2.0 / radius).sin());
+    println!(
+        "{:?} {:?} chord {} exact {}",
+        model.counters(),
+        t0.elapsed(),
+        (p(at(nx, ny / 2)) - p(at(0, ny / 2))).norm(),
+        2.0 * radius * (l / 2.0 / radius).sin()
+    );
 }

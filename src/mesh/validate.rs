@@ -1,1 +1,3 @@
-pub fn check(_: &mut super::Mesh, _: &str) -> crate::Result<Vec<String>> { Ok(vec![]) }
+pub fn check(_: &mut super::Mesh, _: &str) -> crate::Result<Vec<String>> {
+    Ok(vec![])
+}

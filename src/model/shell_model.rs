@@ -169,7 +169,9 @@ impl ShellModel {
         let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets).map_err(|failure| match failure {
             Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
             Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
-            Failure::NotContracting(movement) => StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m")),
+            Failure::NotContracting(movement) => {
+                StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
+            }
         })?;
         for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
             *v = (now - before) / dt;
@@ -184,7 +186,14 @@ impl ShellModel {
         let lengths = 3 * self.parts.positions.len();
         if unknown < lengths {
             let p = self.parts.positions[unknown / 3];
-            return format!("coordinate {} of vertex {} at ({:.4e}, {:.4e}, {:.4e}) m", ["x", "y", "z"][unknown % 3], unknown / 3, p.x, p.y, p.z);
+            return format!(
+                "coordinate {} of vertex {} at ({:.4e}, {:.4e}, {:.4e}) m",
+                ["x", "y", "z"][unknown % 3],
+                unknown / 3,
+                p.x,
+                p.y,
+                p.z
+            );
         }
         format!("the director of edge {}", unknown - lengths)
     }
@@ -210,7 +219,13 @@ impl ShellModel {
 
     /// The state, with everything the next step reads.
     pub fn snapshot(&self) -> Snapshot {
-        let field = |name: &str, association, components, unit: &str, data: Vec<f64>| Field { name: name.into(), association, components, unit: unit.into(), data };
+        let field = |name: &str, association, components, unit: &str, data: Vec<f64>| Field {
+            name: name.into(),
+            association,
+            components,
+            unit: unit.into(),
+            data,
+        };
         let lengths = 3 * self.parts.positions.len();
         let mut fields = vec![field("position", Association::Node, 3, "m", self.x[..lengths].to_vec())];
         if !self.v.is_empty() {
@@ -235,14 +250,19 @@ impl ShellModel {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
         let take = |name: &str, length: usize| -> Result<Vec<f64>, String> {
             let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
-            if field.data.len() == length { Ok(field.data.clone()) } else { Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len())) }
+            if field.data.len() == length {
+                Ok(field.data.clone())
+            } else {
+                Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len()))
+            }
         };
         let lengths = 3 * self.parts.positions.len();
         let position = take("position", lengths)?;
         let velocity = if self.v.is_empty() { Vec::new() } else { take("velocity", lengths)? };
         let count = self.parts.shell.directors().len();
         if count > 0 {
-            let directors: Vec<Vector3<f64>> = take("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
+            let directors: Vec<Vector3<f64>> =
+                take("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
             self.parts.shell.set_directors(&directors);
         }
         let points = self.parts.shell.faces() * self.parts.shell.points();

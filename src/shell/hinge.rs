@@ -146,14 +146,7 @@ impl Hinge {
         let ton = c * a_to * a_tn + b * aa_ton;
         let tnn = c * a_tn * a_tn - b * aa_too;
         let tt = Matrix3::new(0.0, tto, ttn, tto, too, ton, ttn, ton, tnn);
-        HingeHessian {
-            ee_nn,
-            et,
-            tt,
-            phi_e: [s1 * sign, s2 * sign],
-            phi_t: [c * a_to * sign, c * a_tn * sign],
-            phi_phi: c,
-        }
+        HingeHessian { ee_nn, et, tt, phi_e: [s1 * sign, s2 * sign], phi_t: [c * a_to * sign, c * a_tn * sign], phi_phi: c }
     }
 }
 

@@ -183,7 +183,8 @@ fn velocities(scene: &Scene, mesh: &Mesh) -> Result<Vec<Vector3<f64>>> {
     let Some(dynamics) = &scene.dynamics else { return Ok(Vec::new()) };
     let Some(exprs) = &dynamics.velocity else { return Ok(vec![Vector3::zeros(); mesh.vertices.len()]) };
     let fields = exprs.iter().map(|e| field("dynamics.velocity", e, scene::PLACE)).collect::<Result<Vec<_>>>()?;
-    let velocities: Vec<Vector3<f64>> = mesh.vertices.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
+    let velocities: Vec<Vector3<f64>> =
+        mesh.vertices.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
     match velocities.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
         Some(v) => Err(Error::input("dynamics.velocity", format!("is not finite at vertex {v}"))),
         None => Ok(velocities),

@@ -84,8 +84,13 @@ fn crumple(mesh: &Mesh, unknowns: usize) -> (Vec<f64>, Vec<Forms>, Vec<Material>
     let mut x: Vec<f64> = mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(unknowns, 0.0);
     x.iter_mut().for_each(|x| *x += rng.random_range(-0.2..0.2));
-    let rest = mesh.faces.iter().map(|_| Forms { a: [1.1, rng.random_range(0.2..0.5), 1.3], b: [0.1, rng.random_range(-0.3..0.3), -0.2] }).collect();
-    let materials = mesh.faces.iter().map(|_| Material { thickness: rng.random_range(0.5..1.0), youngs_modulus: 3.0, poissons_ratio: 0.3 }).collect();
+    let rest = mesh
+        .faces
+        .iter()
+        .map(|_| Forms { a: [1.1, rng.random_range(0.2..0.5), 1.3], b: [0.1, rng.random_range(-0.3..0.3), -0.2] })
+        .collect();
+    let materials =
+        mesh.faces.iter().map(|_| Material { thickness: rng.random_range(0.5..1.0), youngs_modulus: 3.0, poissons_ratio: 0.3 }).collect();
     (x, rest, materials)
 }
 

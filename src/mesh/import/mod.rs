@@ -1,1 +1,3 @@
-pub fn read(_: &std::path::Path, _: f64) -> crate::Result<(super::Mesh, Vec<String>)> { unreachable!() }
+pub fn read(_: &std::path::Path, _: f64) -> crate::Result<(super::Mesh, Vec<String>)> {
+    unreachable!()
+}
