@@ -13,6 +13,7 @@ pub mod validate;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
+pub use quality::Quality;
 pub use region::Region;
 pub(crate) use topology::Stars;
 pub use topology::{EdgeFace, Topology};

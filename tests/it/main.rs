@@ -1,0 +1,3 @@
+//! One integration binary; each module tests one part.
+
+mod mesh_generate;
