@@ -12,7 +12,8 @@
 //! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
 //! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
 //! | [`solve`] | Newton's method, descent, step sizes |
-//! | [`shell`] | elements, hinges, rest forms, the Koiter energy, mass, weight |
+//! | [`shell`] | elements, hinges, rest forms, the Koiter energy, mass |
+//! | [`load`] | forces on nodes |
 //! | [`mesh`] | triangles, generators, file import, quality |
 //! | [`sparse`] | potentials, pattern, assembly into slots, factorisation |
 //! | [`scene`] | what a scene file may say |
@@ -52,6 +53,7 @@
 pub mod case;
 pub mod cli;
 pub mod error;
+pub mod load;
 pub mod math;
 pub mod mesh;
 pub mod model;

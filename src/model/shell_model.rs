@@ -3,8 +3,9 @@
 use super::rest_driver::RestDriver;
 use crate::case::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
+use crate::load::DeadLoad;
 use crate::shell::rest::Forms;
-use crate::shell::{Gravity, Inertia, Shell};
+use crate::shell::{Inertial, Shell};
 use crate::solve::{Counters, Failure, Newton, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
@@ -22,14 +23,24 @@ pub struct HeldUnknown {
     pub motion: Option<Motion>,
 }
 
+/// A dead load.
+pub struct Load {
+    /// Its energy's column in the history.
+    pub energy_name: &'static str,
+    /// The forces.
+    pub potential: DeadLoad,
+    /// Factor in time, if that changes.
+    pub factor: Option<Motion>,
+}
+
 /// What a model is made of. What is absent has no object and costs nothing.
 pub struct Parts {
     /// The shell.
     pub shell: Box<dyn Shell>,
     /// Inertia; absent in statics.
-    pub inertia: Option<Inertia<3, 9>>,
-    /// Gravity and its factor in time, if that changes.
-    pub gravity: Option<(Gravity, Option<Motion>)>,
+    pub inertia: Option<Box<dyn Inertial>>,
+    /// Loads, none for a free shell.
+    pub loads: Vec<Load>,
     /// Growth; absent when the rest shape is the initial one.
     pub rest: Option<RestDriver>,
     /// Forms of the initial shape, per integration point.
@@ -67,8 +78,8 @@ pub enum StepFailure {
     Equations(String),
     /// The matrix was singular from the start of a static run: the structure is a mechanism. Holds the unknown's description.
     Mechanism(String),
-    /// The rest forms are impossible at this time; no smaller step helps.
-    Rest(String),
+    /// What the scene prescribes is impossible at this time; no smaller step helps.
+    Prescribed(String),
 }
 
 impl ShellModel {
@@ -127,10 +138,16 @@ impl ShellModel {
         Ok(())
     }
 
-    fn set_gravity(&mut self, time: f64) {
-        if let Some((gravity, Some(factor))) = &mut self.parts.gravity {
-            gravity.set_factor(factor(time));
+    fn set_loads(&mut self, time: f64) -> Result<(), String> {
+        for load in &mut self.parts.loads {
+            let Some(factor) = &load.factor else { continue };
+            let factor = factor(time);
+            if !factor.is_finite() {
+                return Err(format!("the factor of a load is {factor} at t = {time}"));
+            }
+            load.potential.set_factor(factor);
         }
+        Ok(())
     }
 
     /// Advances to `time`, by a step of size `dt`. On failure the model is as it was.
@@ -142,21 +159,19 @@ impl ShellModel {
             self.parts.shell.set_lagged(&lagged);
             self.parts.shell.set_directors(&directors);
             // The forms of the present time held when it was accepted, so they cannot fail now.
-            let _ = self.set_rest(self.time);
-            self.set_gravity(self.time);
+            let _ = self.set_rest(self.time).and_then(|()| self.set_loads(self.time));
         }
         outcome
     }
 
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
-        self.set_rest(time).map_err(StepFailure::Rest)?;
-        self.set_gravity(time);
+        self.set_rest(time).and_then(|()| self.set_loads(time)).map_err(StepFailure::Prescribed)?;
         let mut targets = Vec::with_capacity(self.parts.held.len());
         for held in &self.parts.held {
             if let Some(motion) = &held.motion {
                 let d = motion(time);
                 if !d.is_finite() {
-                    return Err(StepFailure::Rest(format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown))));
+                    return Err(StepFailure::Prescribed(format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown))));
                 }
                 targets.push((held.unknown, held.start + d));
             }
@@ -206,9 +221,7 @@ impl ShellModel {
             energies.push(("kinetic_energy_J", inertia.kinetic_energy(&self.v)));
         }
         energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
-        if let Some((gravity, _)) = &self.parts.gravity {
-            energies.push(("gravity_energy_J", gravity.energy(&self.x)));
-        }
+        energies.extend(self.parts.loads.iter().map(|load| (load.energy_name, load.potential.energy(&self.x))));
         energies
     }
 
@@ -279,15 +292,14 @@ impl ShellModel {
             factorizations: count("factorizations"),
         });
         self.set_rest(self.time)?;
-        self.set_gravity(self.time);
-        Ok(())
+        self.set_loads(self.time)
     }
 }
 
 /// The potentials of a model, in the order in which they are added.
 fn potentials(parts: &mut Parts) -> Vec<&mut dyn Potential> {
     let mut list: Vec<&mut dyn Potential> = vec![&mut *parts.shell];
-    list.extend(parts.inertia.as_mut().map(|p| p as &mut dyn Potential));
-    list.extend(parts.gravity.as_mut().map(|(p, _)| p as &mut dyn Potential));
+    list.extend(parts.inertia.as_mut().map(|p| &mut **p as &mut dyn Potential));
+    list.extend(parts.loads.iter_mut().map(|load| &mut load.potential as &mut dyn Potential));
     list
 }

@@ -4,7 +4,7 @@
 //! - `element`: what an element must offer; `linear_free` and `linear_average` are the two there are
 //! - `energy`: the Koiter energy of any element, with damping, as a [`crate::sparse::Potential`]
 //! - `rest`: growth laws as functions of a point, and how an element interpolates them
-//! - `mass`: inertia and weight
+//! - `mass`: inertia
 //! - `fields`: what is shown of a state: curvatures, strains, stresses, moments
 //!
 //! Nothing here reads a scene, a file or the time.
@@ -23,4 +23,4 @@ pub use energy::{Koiter, Material, Shell};
 pub use hinge::{Hinge, Measure};
 pub use linear_average::LinearAverage;
 pub use linear_free::{Director, LinearFree};
-pub use mass::{Gravity, Inertia, MassKind};
+pub use mass::{Inertia, Inertial, MassKind};

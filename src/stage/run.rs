@@ -241,8 +241,8 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),
             help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells".into()),
         },
-        StepFailure::Rest(reason) => {
-            Error::Input { place: "rest".into(), message: format!("{reason} (in the step from {from})"), help: Some(kept) }
+        StepFailure::Prescribed(reason) => {
+            Error::Input { place: "scene".into(), message: format!("{reason} (in the step from {from})"), help: Some(kept) }
         }
     }
 }

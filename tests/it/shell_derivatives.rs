@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use thinshell::mesh::{Mesh, Topology};
 use thinshell::shell::rest::Forms;
-use thinshell::shell::{Director, Inertia, Koiter, LinearAverage, LinearFree, MassKind, Material, Measure, Shell};
+use thinshell::shell::{Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, MassKind, Material, Measure, Shell};
 use thinshell::sparse::{Curvature, Numbering, Pattern, Potential, System};
 
 /// A crumpled patch of eight faces with an inner vertex, edge lengths about 1.
@@ -133,7 +133,7 @@ fn averaged_normals() {
 fn inertia() {
     let mesh = patch();
     for kind in [MassKind::Consistent, MassKind::Lumped] {
-        let mut inertia: Inertia<3, 9> = Inertia::new(mesh.faces.clone(), vec![0.7; mesh.faces.len()], kind.linear());
+        let mut inertia: Inertia<3, 9> = Inertia::new(mesh.faces.clone(), vec![kind.linear(0.7); mesh.faces.len()]);
         let (x, _, _) = crumple(&mesh, 3 * mesh.vertices.len());
         inertia.start_step(&vec![0.1; x.len()], &vec![0.3; x.len()], 0.5);
         compare(&mut inertia, &x);
