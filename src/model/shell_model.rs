@@ -1,7 +1,7 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
 use super::rest_driver::RestDriver;
-use crate::case::{Association, Field, Snapshot};
+use crate::snapshot::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
 use crate::shell::rest::Forms;
 use crate::shell::{Gravity, Inertia, Shell};

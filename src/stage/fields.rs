@@ -2,7 +2,7 @@
 
 use super::build;
 use super::setup::Setup;
-use crate::case::{Association, Field, Snapshot};
+use crate::snapshot::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
 use crate::model::RestDriver;

@@ -1,11 +1,12 @@
 //! `run`: simulates from the newest valid checkpoint on (`run/step_NNNNNNNN.h5`, `history.csv`).
 
 use super::{Job, build, mesh as mesh_stage, setup};
-use crate::case::{Folder, History, Snapshot, hash};
+use crate::case::{Folder, History, hash};
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
 use crate::model::{ShellModel, StepFailure};
 use crate::scene::Scene;
+use crate::snapshot::Snapshot;
 use crate::solve::StepControl;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;

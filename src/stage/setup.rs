@@ -2,12 +2,13 @@
 
 use super::build::{self, axis_index, place_values};
 use super::{Job, mesh as mesh_stage};
-use crate::case::{Archive, Array, Kind, Snapshot, hash, put_snapshot, snapshot_from_archive};
+use crate::case::{Archive, Array, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
 use crate::scene::{self, Direction, PinDirector, Scene};
 use crate::shell::rest::{Forms, machine_direction};
 use crate::shell::{Material, initial_directors};
+use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

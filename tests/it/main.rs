@@ -5,6 +5,7 @@ mod case_folder;
 mod case_history;
 mod case_vtk;
 mod cli;
+mod pipeline_layers;
 mod report_measures;
 mod report_tables;
 mod scene_fuzz;
