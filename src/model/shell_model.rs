@@ -67,8 +67,13 @@ pub enum StepFailure {
     Equations(String),
     /// The matrix was singular from the start of a static run: the structure is a mechanism. Holds the unknown's description.
     Mechanism(String),
-    /// The rest forms are impossible at this time; no smaller step helps.
-    Rest(String),
+    /// What the scene prescribes is impossible at this time; no smaller step helps.
+    Input {
+        /// Table of the scene that prescribes it.
+        place: &'static str,
+        /// What is impossible, where and when.
+        reason: String,
+    },
 }
 
 impl ShellModel {
@@ -133,6 +138,31 @@ impl ShellModel {
         }
     }
 
+    /// Values that the moved unknowns take at a time, once it is sure that all that is prescribed then is finite.
+    ///
+    /// # Errors
+    /// [`StepFailure::Input`] for a motion or a factor of gravity that is not finite.
+    pub fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
+        if let Some((_, Some(factor))) = &self.parts.gravity {
+            let factor = factor(time);
+            if !factor.is_finite() {
+                return Err(StepFailure::Input { place: "gravity.factor", reason: format!("is {factor} at t = {time} s") });
+            }
+        }
+        let mut targets = Vec::with_capacity(self.parts.held.len());
+        for held in &self.parts.held {
+            if let Some(motion) = &held.motion {
+                let d = motion(time);
+                if !d.is_finite() {
+                    let reason = format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown));
+                    return Err(StepFailure::Input { place: "pin.motion", reason });
+                }
+                targets.push((held.unknown, held.start + d));
+            }
+        }
+        Ok(targets)
+    }
+
     /// Advances to `time`, by a step of size `dt`. On failure the model is as it was.
     pub fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
         let (x, lagged, directors) = (self.x.clone(), self.parts.shell.lagged(), self.parts.shell.directors().to_vec());
@@ -149,18 +179,9 @@ impl ShellModel {
     }
 
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
-        self.set_rest(time).map_err(StepFailure::Rest)?;
+        let targets = self.prescribed(time)?;
+        self.set_rest(time).map_err(|reason| StepFailure::Input { place: "rest", reason: format!("{reason} (at t = {time} s)") })?;
         self.set_gravity(time);
-        let mut targets = Vec::with_capacity(self.parts.held.len());
-        for held in &self.parts.held {
-            if let Some(motion) = &held.motion {
-                let d = motion(time);
-                if !d.is_finite() {
-                    return Err(StepFailure::Rest(format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown))));
-                }
-                targets.push((held.unknown, held.start + d));
-            }
-        }
         let before = self.x.clone();
         self.parts.shell.start_step(&before, dt);
         if let Some(inertia) = &mut self.parts.inertia {
