@@ -60,6 +60,7 @@ pub mod model;
 pub mod report;
 pub mod scene;
 pub mod shell;
+pub mod snapshot;
 pub mod solve;
 pub mod sparse;
 pub mod stage;

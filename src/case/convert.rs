@@ -2,9 +2,10 @@
 //!
 //! Names given by users (regions, fields) become HDF5 names; the three things that HDF5 would misread in them are escaped.
 
-use super::{Archive, Array, Association, Field, Kind, Snapshot};
+use super::{Archive, Array, Kind};
 use crate::error::Result;
 use crate::mesh::{Mesh, Region};
+use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -2,8 +2,9 @@
 //!
 //! Decides which file a run goes on from and which ones it may remove. It does not decide when a checkpoint is due.
 
-use super::{Archive, Kind, Snapshot, convert};
+use super::{Archive, Kind, convert};
 use crate::error::{Error, Result};
+use crate::snapshot::Snapshot;
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};

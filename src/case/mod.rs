@@ -1,6 +1,6 @@
 //! A case's files: one HDF5 file per stage and per checkpoint, history, VTK, hashes of inputs.
 //!
-//! Files see [`Snapshot`]s and plain arrays, never a model or a scene.
+//! Files see [`crate::snapshot::Snapshot`]s and plain arrays, never a model or a scene.
 
 pub mod archive;
 pub mod atomic;
@@ -9,11 +9,9 @@ mod folder;
 pub mod hash;
 pub mod history;
 mod seal;
-mod snapshot;
 pub mod vtk;
 
 pub use archive::{Archive, Array, Data, Kind};
 pub use convert::{mesh_from_archive, mesh_to_archive, put_mesh, put_snapshot, snapshot_from_archive, snapshot_to_archive};
 pub use folder::{Folder, Lock, Newest};
 pub use history::History;
-pub use snapshot::{Association, Field, Snapshot};

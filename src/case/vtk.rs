@@ -2,8 +2,9 @@
 //!
 //! `.vtp` (XML PolyData, binary) for a moment, `.pvd` for the list of moments, `units.json` for what VTK has no place for.
 
-use super::{Field, atomic};
+use super::atomic;
 use crate::error::{Error, Result};
+use crate::snapshot::Field;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! A mechanical model: potentials, supports and a rest driver, advanced one step at a time.
 //!
-//! A model exchanges [`crate::case::Snapshot`]s with the rest of the program and knows neither files nor scenes.
+//! A model exchanges [`crate::snapshot::Snapshot`]s with the rest of the program and knows neither files nor scenes.
 
 mod rest_driver;
 mod shell_model;

@@ -1,11 +1,11 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
 use super::rest_driver::RestDriver;
-use crate::case::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
 use crate::load::DeadLoad;
 use crate::shell::rest::Forms;
 use crate::shell::{Inertial, Shell};
+use crate::snapshot::{Association, Field, Snapshot};
 use crate::solve::{Counters, Failure, Newton, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
@@ -25,6 +25,8 @@ pub struct HeldUnknown {
 
 /// A dead load.
 pub struct Load {
+    /// Key of its factor in the scene.
+    pub key: &'static str,
     /// Its energy's column in the history.
     pub energy_name: &'static str,
     /// The forces.
@@ -79,7 +81,12 @@ pub enum StepFailure {
     /// The matrix was singular from the start of a static run: the structure is a mechanism. Holds the unknown's description.
     Mechanism(String),
     /// What the scene prescribes is impossible at this time; no smaller step helps.
-    Prescribed(String),
+    Input {
+        /// Table of the scene that prescribes it.
+        place: &'static str,
+        /// What is impossible, where and when.
+        reason: String,
+    },
 }
 
 impl ShellModel {
@@ -138,16 +145,37 @@ impl ShellModel {
         Ok(())
     }
 
-    fn set_loads(&mut self, time: f64) -> Result<(), String> {
+    fn set_loads(&mut self, time: f64) {
         for load in &mut self.parts.loads {
-            let Some(factor) = &load.factor else { continue };
-            let factor = factor(time);
-            if !factor.is_finite() {
-                return Err(format!("the factor of a load is {factor} at t = {time}"));
+            if let Some(factor) = &load.factor {
+                load.potential.set_factor(factor(time));
             }
-            load.potential.set_factor(factor);
         }
-        Ok(())
+    }
+
+    /// Values that the moved unknowns take at a time, once it is sure that all that is prescribed then is finite.
+    ///
+    /// # Errors
+    /// [`StepFailure::Input`] for a motion or a load's factor that is not finite.
+    pub fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
+        for load in &self.parts.loads {
+            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
+            if !factor.is_finite() {
+                return Err(StepFailure::Input { place: load.key, reason: format!("is {factor} at t = {time} s") });
+            }
+        }
+        let mut targets = Vec::with_capacity(self.parts.held.len());
+        for held in &self.parts.held {
+            if let Some(motion) = &held.motion {
+                let d = motion(time);
+                if !d.is_finite() {
+                    let reason = format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown));
+                    return Err(StepFailure::Input { place: "pin.motion", reason });
+                }
+                targets.push((held.unknown, held.start + d));
+            }
+        }
+        Ok(targets)
     }
 
     /// Advances to `time`, by a step of size `dt`. On failure the model is as it was.
@@ -159,23 +187,16 @@ impl ShellModel {
             self.parts.shell.set_lagged(&lagged);
             self.parts.shell.set_directors(&directors);
             // The forms of the present time held when it was accepted, so they cannot fail now.
-            let _ = self.set_rest(self.time).and_then(|()| self.set_loads(self.time));
+            let _ = self.set_rest(self.time);
+            self.set_loads(self.time);
         }
         outcome
     }
 
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
-        self.set_rest(time).and_then(|()| self.set_loads(time)).map_err(StepFailure::Prescribed)?;
-        let mut targets = Vec::with_capacity(self.parts.held.len());
-        for held in &self.parts.held {
-            if let Some(motion) = &held.motion {
-                let d = motion(time);
-                if !d.is_finite() {
-                    return Err(StepFailure::Prescribed(format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown))));
-                }
-                targets.push((held.unknown, held.start + d));
-            }
-        }
+        let targets = self.prescribed(time)?;
+        self.set_rest(time).map_err(|reason| StepFailure::Input { place: "rest", reason: format!("{reason} (at t = {time} s)") })?;
+        self.set_loads(time);
         let before = self.x.clone();
         self.parts.shell.start_step(&before, dt);
         if let Some(inertia) = &mut self.parts.inertia {
@@ -292,7 +313,8 @@ impl ShellModel {
             factorizations: count("factorizations"),
         });
         self.set_rest(self.time)?;
-        self.set_loads(self.time)
+        self.set_loads(self.time);
+        Ok(())
     }
 }
 

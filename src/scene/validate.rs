@@ -9,6 +9,8 @@ use std::ops::RangeInclusive;
 type Check = Result<(), Fault>;
 
 const CELLS: RangeInclusive<usize> = 1..=10_000;
+/// As many as the names of checkpoints have digits for.
+const MOST_STEPS: f64 = 1e8;
 const RINGS: RangeInclusive<usize> = 1..=5_000;
 
 fn fault(key: &str, message: impl Into<String>) -> Fault {
@@ -74,10 +76,10 @@ pub(super) fn scene(scene: &Scene) -> Check {
     for (i, table) in scene.pins.iter().enumerate() {
         pin(&format!("pin.{i}"), table)?;
     }
+    count_of_steps(scene)?;
     within("solver.tolerance", scene.solver.tolerance, 1e-14..=1e-2)?;
     within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
     within("solver.max_halvings", scene.solver.max_halvings, 0..=40)?;
-    positive_or_absent("output.interval", scene.output.interval, "s")?;
     scene.report.as_ref().map_or(Ok(()), |table| report(table, &scene.mesh))
 }
 
@@ -253,6 +255,17 @@ fn time(scene: &Scene) -> Check {
             expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)
         }
     }
+}
+
+/// Steps and output times are so few that the time grows by each of them.
+fn count_of_steps(scene: &Scene) -> Check {
+    positive_or_absent("output.interval", scene.output.interval, "s")?;
+    let end = scene.dynamics.as_ref().map_or(1.0, |table| table.end);
+    for (key, length) in [("dynamics.dt", scene.dynamics.as_ref().map(|table| table.dt)), ("output.interval", scene.output.interval)] {
+        let count = length.map_or(0.0, |length| end / length);
+        require(key, count <= MOST_STEPS, format!("makes {count:e} steps to the end at {end:e} s, must be at most {MOST_STEPS:e}"))?;
+    }
+    Ok(())
 }
 
 fn report(report: &Report, mesh: &MeshTable) -> Check {

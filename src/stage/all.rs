@@ -2,7 +2,7 @@
 
 use super::{Job, export, mesh, report, run as run_stage, setup};
 use crate::case::{Archive, Kind};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The stage.
 ///
@@ -16,16 +16,20 @@ pub fn run(job: &Job) -> Result<()> {
 
 /// Mesh, setup and run, where they are out of date.
 pub fn until_run(job: &Job) -> Result<()> {
-    if Archive::read_for(&mesh::path(job), Kind::Mesh, &mesh::inputs(job)?).is_err() {
+    let has_mesh = Archive::read_for(&mesh::path(job), Kind::Mesh, &mesh::inputs(job)?).is_ok();
+    let has_setup = Archive::read_for(&setup::path(job), Kind::Setup, &setup::inputs(job)?).is_ok();
+    if !has_mesh {
+        // Both in memory first: a scene that cannot be set up leaves nothing behind.
+        setup::make(&job.scene, &mesh::make(&job.scene, &job.scene_file)?.0)?;
         mesh::run(job)?;
     }
-    if Archive::read_for(&setup::path(job), Kind::Setup, &setup::inputs(job)?).is_err() {
+    if !has_setup {
         setup::run(job)?;
     }
-    // Checkpoints of an earlier state of the scene are what `all` is asked to replace.
-    let restart = run_stage::is_done(job).is_err();
-    if restart || !run_stage::is_done(job)? {
-        run_stage::run(job, &run_stage::Options { restart, stop_after: None })?;
-    }
-    Ok(())
+    let (done, restart) = match run_stage::is_done(job) {
+        // Checkpoints of an earlier state of the scene are what `all` is asked to replace.
+        Err(Error::Stale { .. }) => (false, true),
+        done => (done?, false),
+    };
+    if done { Ok(()) } else { run_stage::run(job, &run_stage::Options { restart, stop_after: None }) }
 }

@@ -137,7 +137,8 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         }
         let g = Vector3::from(table.acceleration);
         let potential = DeadLoad::new(nodes.iter().map(|mass| g * *mass).enumerate().collect());
-        loads.push(Load { energy_name: "gravity_energy_J", potential, factor: load_factor(scene, "gravity.factor", &table.factor)? });
+        let factor = load_factor(scene, "gravity.factor", &table.factor)?;
+        loads.push(Load { key: "gravity.factor", energy_name: "gravity_energy_J", potential, factor });
     }
     let held = setup
         .held

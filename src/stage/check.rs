@@ -1,15 +1,22 @@
-//! `check`: says which parts a scene has. Writes no file.
+//! `check`: makes mesh and setup in memory and says which parts a scene has and how large it is. Writes no file.
 
-use super::{Job, print};
+use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
 use crate::scene::{MeshTable, Scene};
 
-/// Prints the parts of the scene, one a line. The scene itself was checked when the job was read.
+/// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
+/// job was read; this finds what only its mesh can tell.
 ///
 /// # Errors
-/// If standard output cannot be written.
+/// Those of the stages `mesh` and `setup`, except for files.
 pub fn run(job: &Job) -> Result<()> {
-    let lines: Vec<String> = parts(&job.scene).into_iter().map(|(name, what)| format!("{name:<9} {what}")).collect();
+    let (mesh, warnings) = mesh_stage::make(&job.scene, &job.scene_file)?;
+    warnings.iter().for_each(|w| log::warn!("{w}"));
+    let (setup, _) = setup::make(&job.scene, &mesh)?;
+    let mut lines = parts(&job.scene);
+    lines.push(("size", format!("{} vertices, {} faces", mesh.vertices.len(), mesh.faces.len())));
+    lines.push(("unknowns", format!("{} free, {} held", setup.free_unknowns, setup.held.len())));
+    let lines: Vec<String> = lines.into_iter().map(|(name, what)| format!("{name:<9} {what}")).collect();
     print(&lines.join("\n"))
 }
 

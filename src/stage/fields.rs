@@ -2,7 +2,6 @@
 
 use super::build;
 use super::setup::Setup;
-use crate::case::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
 use crate::model::RestDriver;
@@ -10,6 +9,7 @@ use crate::scene::Scene;
 use crate::shell::Shell;
 use crate::shell::fields::at_point;
 use crate::shell::rest::Forms;
+use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::{Matrix3, Vector3};
 
 /// Computes fields of the snapshots of one case.

@@ -2,7 +2,7 @@
 
 use super::Job;
 use super::build::{expression, place_values};
-use crate::case::{Archive, Kind, hash, mesh_from_archive, mesh_to_archive};
+use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
@@ -18,6 +18,7 @@ pub fn run(job: &Job) -> Result<()> {
     let (mesh, warnings) = make(&job.scene, &job.scene_file)?;
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let quality = Quality::of(&mesh);
+    let _lock = Folder::new(&job.case, "").lock()?;
     mesh_to_archive(&mesh, numbers(&quality), &inputs(job)?).write(&path(job))?;
     job.record()?;
     if !job.quiet {
@@ -131,7 +132,19 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
         let region = match (&table.condition, &table.nearest) {
             (Some(condition), _) => {
                 let condition = expression(&format!("{key}.where"), condition, scene::PLACE)?;
-                mesh.region_where(|p| condition.eval(&place_values(scene::PLACE, &p, 0.0)) != 0.0)
+                // Not a number is neither true nor false, and would count as true.
+                let unclear = std::cell::Cell::new(None);
+                let region = mesh.region_where(|p| {
+                    let value = condition.eval(&place_values(scene::PLACE, &p, 0.0));
+                    if value.is_nan() {
+                        unclear.set(Some(p));
+                    }
+                    value != 0.0
+                });
+                if let Some(p) = unclear.get() {
+                    return Err(Error::input(format!("{key}.where"), format!("is not a number at ({}, {}, {}) m", p.x, p.y, p.z)));
+                }
+                region
             }
             (None, Some(point)) => mesh.region_nearest(Vector3::from(*point)),
             (None, None) => continue,

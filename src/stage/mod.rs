@@ -51,8 +51,9 @@ impl Job {
 
     /// Name of the scene in reports: that of its file, or of the case's folder if it was read from there.
     pub fn name(&self) -> String {
-        let path = if self.is_recorded() { self.case.as_path() } else { self.scene_file.as_path() };
-        path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned())
+        let case = std::path::absolute(&self.case).unwrap_or_else(|_| self.case.clone());
+        let name = if self.is_recorded() { case.file_name() } else { self.scene_file.file_stem() };
+        name.map_or_else(|| self.case.display().to_string(), |name| name.to_string_lossy().into_owned())
     }
 
     /// Whether the scene was read from the case's own record.

@@ -2,11 +2,12 @@
 
 use super::fields::Fields;
 use super::{Job, all, default_case, mesh as mesh_stage, print, run as run_stage, setup};
-use crate::case::{Folder, History, Snapshot, atomic};
+use crate::case::{Folder, History, atomic};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
 use crate::report::{Cost, ExpectationResult, LadderRow, Outcome, cylinder_distance, ladder as ladder_table, mean};
 use crate::scene::{Ladder, LadderMesh, Measure, MeshTable, Statistic};
+use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 

@@ -1,16 +1,17 @@
 //! `run`: simulates from the newest valid checkpoint on (`run/step_NNNNNNNN.h5`, `history.csv`).
 
 use super::{Job, build, mesh as mesh_stage, setup};
-use crate::case::{Folder, History, Snapshot, hash};
+use crate::case::{Folder, History, Newest, hash};
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
 use crate::model::{ShellModel, StepFailure};
 use crate::scene::Scene;
+use crate::snapshot::Snapshot;
 use crate::solve::StepControl;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 /// How far, and from where.
@@ -47,7 +48,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let mut folder = Folder::new(&job.case, inputs(job)?);
     let _lock = folder.lock()?;
     let newest = if options.restart { None } else { resume(job, &folder)? };
-    let signal = catch_signals()?;
+    let signals = Signals::catch()?;
     job.record()?;
 
     let started = Instant::now();
@@ -68,11 +69,12 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let columns: Vec<&str> = COLUMNS.into_iter().chain(energies).chain(["wall_s"]).collect();
     let path = history_path(job);
     let (mut history, worked) = match &newest {
-        Some(from) => {
+        // A history of step 0 has no rows, and the one that is there may be of an earlier run that this one was to replace.
+        Some(from) if from.step > 0 => {
             let history = History::open_at(&path, &columns, from.step)?;
             (history, History::read(&path)?.last("wall_s").unwrap_or(0.0))
         }
-        None => {
+        _ => {
             folder.write(&checkpoint(&model, &control), true)?;
             (History::create(&path, &columns)?, 0.0)
         }
@@ -83,7 +85,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let first_step = model.step();
     let (mut halvings, mut clock) = (0u32, Instant::now());
     while let Some(plan) = control.plan(model.time()) {
-        if signal.load(Ordering::Relaxed) != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
+        if signals.number() != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
             break;
         }
         let from = model.time();
@@ -103,24 +105,14 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 history.sync()?;
                 folder.write(&checkpoint(&model, &control), plan.lands || control.interval.is_none())?;
                 let energy: f64 = energies.iter().map(|(_, e)| e).sum();
-                log::debug!(
-                    "step {}: {}, dt {:.3e}, {} iterations, energy {energy:.6e} J",
-                    model.step(),
-                    job.moment(plan.time),
-                    plan.dt,
-                    solved.iterations
-                );
-                bar.set_position(progress(model.time(), control.end));
-                bar.set_message(format!(
-                    "{}  dt {:.1e}  {} it  {energy:.3e} J",
-                    job.moment((1e6 * plan.time).round() / 1e6),
-                    plan.dt,
-                    solved.iterations
-                ));
+                let moment = job.moment((1e9 * plan.time).round() / 1e9);
+                log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), plan.dt, solved.iterations);
+                bar.set_position(bar_position(model.time(), control.end));
+                bar.set_message(format!("{moment}  dt {:.1e}  {} it  {energy:.3e} J", plan.dt, solved.iterations));
                 halvings = 0;
                 clock = Instant::now();
             }
-            Err(StepFailure::Equations(reason)) if control.fail(plan.dt) => {
+            Err(StepFailure::Equations(reason)) if control.fail(plan.dt) && from + control.dt > from => {
                 halvings += 1;
                 log::warn!("the step from {} by {:.3e} failed: {reason}; trying {:.3e}", job.moment(from), plan.dt, control.dt);
             }
@@ -131,11 +123,11 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    match signal.load(Ordering::Relaxed) {
+    match signals.number() {
         0 => {}
         number => {
             job.say(&place("stopped at", job, &model, &folder));
-            return Err(Error::Interrupted(number as i32));
+            return Err(Error::Interrupted(number));
         }
     }
     let counters = model.counters();
@@ -160,15 +152,32 @@ pub fn inputs(job: &Job) -> Result<String> {
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
 
-/// Whether the newest checkpoint is at the end of the run.
+/// How far a case has come: its newest valid checkpoint, and warnings about newer ones that are not.
+///
+/// # Errors
+/// [`Error::Stale`] for checkpoints of other inputs, and for such as lie past the end that the scene has now.
+pub fn progress(job: &Job) -> Result<Newest> {
+    let folder = Folder::new(&job.case, inputs(job)?);
+    let newest = folder.newest_valid()?;
+    let end = step_control(&job.scene).end;
+    match &newest.snapshot {
+        Some(s) if s.time > end => Err(Error::Stale {
+            path: folder.path(s.step),
+            message: format!("is at t = {} s, past the end of the run at {end} s", s.time),
+            help: "discard it: thinshell run SCENE --restart, or put back a later end".into(),
+        }),
+        _ => Ok(newest),
+    }
+}
+
+/// Whether the newest checkpoint is at the end of the run. Errors: those of [`progress`].
 pub fn is_done(job: &Job) -> Result<bool> {
-    let newest = Folder::new(&job.case, inputs(job)?).newest_valid()?;
     let control = step_control(&job.scene);
-    Ok(newest.snapshot.is_some_and(|s| control.plan(s.time).is_none()))
+    Ok(progress(job)?.snapshot.is_some_and(|s| control.plan(s.time).is_none()))
 }
 
 fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
-    let newest = folder.newest_valid()?;
+    let newest = progress(job)?;
     newest.warnings.iter().for_each(|w| log::warn!("{w}"));
     if let Some(snapshot) = &newest.snapshot {
         job.say(&format!("going on from {} ({})", folder.path(snapshot.step).display(), job.moment(snapshot.time)));
@@ -194,22 +203,43 @@ fn checkpoint(model: &ShellModel, control: &StepControl) -> Snapshot {
     snapshot
 }
 
-/// The number of the first of SIGINT and SIGTERM that came, or 0. A second one ends the program at once.
-fn catch_signals() -> Result<Arc<AtomicUsize>> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let caught = Arc::new(AtomicUsize::new(0));
-    let again = Arc::new(std::sync::atomic::AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        let hooked = signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&again))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&again)))
-            .and_then(|_| signal_hook::flag::register_usize(signal, Arc::clone(&caught), signal as usize));
-        hooked.map_err(|e| Error::io("catch signals for", std::path::Path::new("run"), e))?;
+/// SIGINT and SIGTERM while this lives: the first is remembered, a second ends the program at once, as the first does afterwards.
+struct Signals {
+    caught: Arc<AtomicUsize>,
+    at_once: Arc<AtomicBool>,
+}
+
+impl Signals {
+    fn catch() -> Result<Self> {
+        use signal_hook::consts::{SIGINT, SIGTERM};
+        // Hooked once: a ladder has many runs.
+        static HOOKED: OnceLock<(Arc<AtomicUsize>, Arc<AtomicBool>)> = OnceLock::new();
+        let is_new = HOOKED.get().is_none();
+        let (caught, at_once) = HOOKED.get_or_init(Default::default).clone();
+        at_once.store(false, Ordering::Relaxed);
+        for signal in if is_new { &[SIGINT, SIGTERM][..] } else { &[] } {
+            let hooked = signal_hook::flag::register_conditional_shutdown(*signal, 128 + signal, Arc::clone(&at_once))
+                .and_then(|_| signal_hook::flag::register(*signal, Arc::clone(&at_once)))
+                .and_then(|_| signal_hook::flag::register_usize(*signal, Arc::clone(&caught), *signal as usize));
+            hooked.map_err(|e| Error::io("catch signals for", std::path::Path::new("run"), e))?;
+        }
+        Ok(Signals { caught, at_once })
     }
-    Ok(caught)
+
+    /// The number of the signal that came, or 0.
+    fn number(&self) -> i32 {
+        self.caught.load(Ordering::Relaxed) as i32
+    }
+}
+
+impl Drop for Signals {
+    fn drop(&mut self) {
+        self.at_once.store(true, Ordering::Relaxed);
+    }
 }
 
 /// Position of the progress bar.
-fn progress(time: f64, end: f64) -> u64 {
+fn bar_position(time: f64, end: f64) -> u64 {
     (1e6 * (time / end).clamp(0.0, 1.0)) as u64
 }
 
@@ -241,8 +271,6 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),
             help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells".into()),
         },
-        StepFailure::Prescribed(reason) => {
-            Error::Input { place: "scene".into(), message: format!("{reason} (in the step from {from})"), help: Some(kept) }
-        }
+        StepFailure::Input { place, reason } => Error::Input { place: place.into(), message: reason, help: Some(kept) },
     }
 }

@@ -2,12 +2,14 @@
 
 use super::build::{self, axis_index, place_values};
 use super::{Job, mesh as mesh_stage};
-use crate::case::{Archive, Array, Kind, Snapshot, hash, put_snapshot, snapshot_from_archive};
+use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
+use crate::model::StepFailure;
 use crate::scene::{self, Direction, PinDirector, Scene};
 use crate::shell::rest::{Forms, machine_direction};
 use crate::shell::{Material, initial_directors};
+use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -51,6 +53,7 @@ pub fn run(job: &Job) -> Result<()> {
     let (setup, snapshot) = make(&job.scene, &mesh)?;
     let mut archive = setup.to_archive(&inputs(job)?);
     put_snapshot(&mut archive, &snapshot);
+    let _lock = Folder::new(&job.case, "").lock()?;
     archive.write(&path(job))?;
     job.record()?;
     job.say(&format!("{}: {} free unknowns, {} held", path(job).display(), setup.free_unknowns, setup.held.len()));
@@ -104,6 +107,12 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     };
     drop(shell);
     let model = build::model(scene, mesh, &topology, &setup)?;
+    for time in if scene.statics.is_some() { &[0.0, 1.0][..] } else { &[0.0] } {
+        model.prescribed(*time).map_err(|failure| match failure {
+            StepFailure::Input { place, reason } => Error::input(place, reason),
+            other => Error::input("setup", format!("{other:?}")),
+        })?;
+    }
     setup.free_unknowns = model.free_unknowns();
     Ok((setup, model.snapshot()))
 }

@@ -20,8 +20,11 @@ pub fn run(job: &Job) -> Result<()> {
     let mesh = archive(&mesh::path(job), Kind::Mesh, &mesh::inputs(job)?)?;
     let setup = archive(&setup::path(job), Kind::Setup, &setup::inputs(job)?)?;
     let folder = Folder::new(&job.case, run_stage::inputs(job)?);
-    let newest = match folder.newest_valid() {
-        Ok(newest) => newest.snapshot,
+    let newest = match run_stage::progress(job) {
+        Ok(newest) => {
+            newest.warnings.iter().for_each(|w| log::warn!("{w}"));
+            newest.snapshot
+        }
         Err(Error::Stale { message, .. }) => {
             return print(&format!("mesh    {mesh}\nsetup   {setup}\nrun     out of date: {message}"));
         }

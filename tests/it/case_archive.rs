@@ -6,8 +6,9 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 use thinshell::Error;
-use thinshell::case::{self, Archive, Array, Association, Data, Field, Kind, Snapshot};
+use thinshell::case::{self, Archive, Array, Data, Kind};
 use thinshell::mesh::{Mesh, Region};
+use thinshell::snapshot::{Association, Field, Snapshot};
 
 /// Real numbers that a careless format changes.
 fn awkward() -> Vec<f64> {

@@ -3,7 +3,8 @@
 use std::fs;
 use tempfile::TempDir;
 use thinshell::Error;
-use thinshell::case::{Association, Field, Folder, Snapshot};
+use thinshell::case::Folder;
+use thinshell::snapshot::{Association, Field, Snapshot};
 
 fn at(step: u64) -> Snapshot {
     let data = vec![step as f64; 9];

@@ -6,7 +6,7 @@ use std::fs;
 use tempfile::TempDir;
 use thinshell::Error;
 use thinshell::case::vtk::{self, Surface};
-use thinshell::case::{Association, Field};
+use thinshell::snapshot::{Association, Field};
 use vtkio::model::{Attribute, DataSet, Piece};
 
 const FACES: [[usize; 3]; 2] = [[0, 1, 2], [2, 1, 3]];

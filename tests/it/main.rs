@@ -9,6 +9,7 @@ mod mesh_files;
 mod mesh_generate;
 mod mesh_import;
 mod mesh_validate;
+mod pipeline_layers;
 mod report_measures;
 mod report_tables;
 mod scene_fuzz;
