@@ -23,6 +23,8 @@ pub enum Measure {
     Sin,
     /// `tan(alpha)`: grows without bound as the hinge folds flat.
     Tan,
+    /// `alpha` itself.
+    Angle,
 }
 
 impl Measure {
@@ -42,6 +44,7 @@ impl Measure {
                 let slope = 1.0 + t * t;
                 if inside == alpha { [t, slope, 2.0 * t * slope] } else { [t + slope * (alpha - inside), slope, 0.0] }
             }
+            Measure::Angle => [alpha, 1.0, 0.0],
         }
     }
 }
