@@ -6,10 +6,13 @@
 //! business of [`super::validate`].
 
 mod gmsh;
+mod input;
 mod obj;
 mod ply;
 mod stl;
 mod vtk;
+mod vtk_legacy;
+mod vtk_xml;
 
 use super::{Mesh, Region};
 use crate::error::{Error, Result};
@@ -37,8 +40,8 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, Vec<String>)> {
         "obj" => obj::read,
         "ply" => ply::read,
         "stl" => stl::read,
-        "vtk" => vtk::read_legacy,
-        "vtu" | "vtp" => vtk::read_xml,
+        "vtk" => vtk_legacy::read,
+        "vtu" | "vtp" => vtk_xml::read,
         "msh" => gmsh::read,
         _ => {
             let message = format!("unknown kind of mesh file `.{extension}`: expected .obj, .ply, .stl, .vtu, .vtp, .vtk or .msh");
