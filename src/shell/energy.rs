@@ -52,8 +52,12 @@ pub trait Shell: Potential {
     fn start_step(&mut self, x: &[f64], dt: f64);
     /// Forms at `x`, one per point.
     fn forms(&self, x: &[f64]) -> Vec<Strain>;
+    /// Tangent vectors at `x` [m], one pair per point.
+    fn tangents(&self, x: &[f64]) -> Vec<[Vector3<f64>; 2]>;
     /// Energies at `x` [J]: membrane, bending.
     fn energies(&self, x: &[f64]) -> [f64; 2];
+    /// Weights of the integration points in the reference triangle; they add up to 1/2.
+    fn weights(&self) -> &'static [f64];
 }
 
 /// Viscous part: ratio `eta / dt` and the forms at the start of the step.
@@ -379,6 +383,14 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Shell for Koiter<E, N, P>
 
     fn forms(&self, x: &[f64]) -> Vec<Strain> {
         (0..self.element.faces()).flat_map(|face| self.element.forms(&self.geometry(face, x))).collect()
+    }
+
+    fn tangents(&self, x: &[f64]) -> Vec<[Vector3<f64>; 2]> {
+        (0..self.element.faces()).flat_map(|face| self.element.tangents(&self.geometry(face, x))).collect()
+    }
+
+    fn weights(&self) -> &'static [f64] {
+        &E::WEIGHTS
     }
 
     fn energies(&self, x: &[f64]) -> [f64; 2] {
