@@ -161,8 +161,10 @@ pub fn is_done(job: &Job) -> Result<bool> {
 fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     let newest = progress(job)?;
     newest.warnings.iter().for_each(|w| log::warn!("{w}"));
-    if let Some(snapshot) = &newest.snapshot {
-        job.say(&format!("going on from {} (t = {} s)", folder.path(snapshot.step).display(), snapshot.time));
+    match &newest.snapshot {
+        Some(s) => job.say(&format!("going on from {} (t = {} s)", folder.path(s.step).display(), s.time)),
+        None if newest.warnings.is_empty() => {}
+        None => job.say("no checkpoint is whole; starting from the setup"),
     }
     Ok(newest.snapshot)
 }

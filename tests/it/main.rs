@@ -5,6 +5,7 @@ mod case_folder;
 mod case_history;
 mod case_vtk;
 mod cli;
+mod pipeline_damage;
 mod pipeline_kill;
 mod pipeline_layers;
 mod pipeline_resume;
