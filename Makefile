@@ -2,6 +2,8 @@
 
 SCENE ?= configs/paper/wetted_strip.toml
 CASE  ?= cases/wetted_strip
+# What the picture shows: the strip at its tightest, by its curvature. For another SCENE: make demo SCENE=... CASE=... DRAW=
+DRAW  ?= --time 0.5 --scalar mean_curvature
 
 SMOKE_SCENE := configs/analytic/smallest.toml
 SMOKE_CASE  := cases/smoke
@@ -24,7 +26,7 @@ build: hdf5 ## build the program into target/release
 
 demo: build ## build, run SCENE into CASE through all stages, draw its picture and film
 	$(THINSHELL) all $(SCENE) --case $(CASE)
-	@.ci/post.sh post/render.py $(CASE) -o $(CASE)/picture.png --film $(CASE)/film.mp4
+	@.ci/post.sh post/render.py $(CASE) $(DRAW) -o $(CASE)/picture.png --film $(CASE)/film.mp4
 
 test: lint doc unit post-test ## everything that continuous integration checks
 

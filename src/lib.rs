@@ -1,4 +1,51 @@
 //! thinshell: thin shells whose rest shape changes, from a TOML scene to VTK files and a report.
+//!
+//! # What is where
+//!
+//! Imports point down this table, and a test reads them.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`cli`] | verbs and flags |
+//! | [`stage`] | one file per verb: check, mesh, setup, run, export, report, status, all; `build` turns a scene into objects |
+//! | [`case`] | a case's files: HDF5 (atomic, sealed by a checksum), history, VTK, hashes of inputs |
+//! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
+//! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
+//! | [`solve`] | Newton's method, descent, step sizes |
+//! | [`shell`] | elements, hinges, rest forms, the Koiter energy, mass |
+//! | [`load`] | forces on nodes |
+//! | [`mesh`] | triangles, generators, file import, quality |
+//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation |
+//! | [`scene`] | what a scene file may say |
+//! | [`math`] | expressions |
+//!
+//! A case is a folder and a stage is a command: `mesh` writes `mesh.h5`, `setup` writes `setup.h5`, `run` writes `run/step_NNNNNNNN.h5` and
+//! `history.csv`, `export` writes `vtk/`, `report` writes `report.json` and `report.md`. Each file carries the hash of what it was made from.
+//!
+//! # Notation
+//!
+//! | code | meaning | unit |
+//! | --- | --- | --- |
+//! | `r1`, `r2` | tangent vectors `v1 - v0`, `v2 - v0` of a face | m |
+//! | `a` | first fundamental form, `r_i . r_j`, by components 11, 12, 22 | m2 |
+//! | `b` | second fundamental form, `-dr.dn`: a sphere with outward normals has `b = -a/R` | m |
+//! | `abar`, `bbar` | rest forms | m2, m |
+//! | `h`, `E`, `nu` | thickness, Young's modulus, Poisson's ratio | m, Pa, 1 |
+//! | `alpha`, `beta` | plane-stress Lame parameters `E nu / (1 - nu^2)`, `E / (2 (1 + nu))` | Pa |
+//! | `p`, `phi` | frozen reference of an edge's director and the director's angle from it, turning about the edge | 1, rad |
+//! | `m+`, `m-` | additional moisture at the top (the side of the normal) and the bottom | % |
+//! | `eta` | viscosity over modulus | s |
+//!
+//! # How to add a physical effect
+//!
+//! One file with a [`sparse::Potential`] (energy, gradient, Hessian, couplings), one table in [`scene`], one arm in `stage::build`, its tests
+//! and its smallest scene. Nothing else changes: pattern, solver, checkpoints and absence follow from the list of potentials. A growth law is
+//! a [`shell::rest::Law`], a function of a point; an element is a [`shell::Element`] with its number of unknowns and points.
+//!
+//! # Known gaps
+//!
+//! Contact, diffusion of moisture, materials other than St. Venant-Kirchhoff, loads other than gravity, arc length and integrators
+//! other than implicit Euler are not here yet. Assembly and factorisation use one thread.
 
 // Docs write units in brackets, as in `[m]`; they are not links.
 #![allow(rustdoc::broken_intra_doc_links)]
@@ -6,6 +53,7 @@
 pub mod case;
 pub mod cli;
 pub mod error;
+pub mod load;
 pub mod math;
 pub mod mesh;
 pub mod model;

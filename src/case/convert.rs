@@ -4,13 +4,14 @@
 
 use super::{Archive, Array, Kind};
 use crate::error::Result;
-use crate::mesh::{Mesh, Region};
+use crate::mesh::{Mesh, Region, Topology};
 use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The mesh as contents of `mesh.h5`: `vertices`, `faces` and `regions/NAME/{vertices,edges,faces}`.
+/// The mesh as contents of `mesh.h5`: `vertices`, `faces`, `regions/NAME/{vertices,edges,faces}` and, if faces are curved,
+/// `midpoints`.
 ///
 /// `quality`: named numbers to store beside it.
 pub fn mesh_to_archive(mesh: &Mesh, quality: BTreeMap<String, f64>, inputs: &str) -> Archive {
@@ -22,8 +23,11 @@ pub fn mesh_to_archive(mesh: &Mesh, quality: BTreeMap<String, f64>, inputs: &str
 
 /// Adds a mesh's arrays to an archive.
 pub fn put_mesh(archive: &mut Archive, mesh: &Mesh) {
-    let vertices = Array::rows(mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect(), 3).with("unit", "m");
-    archive.arrays.insert("vertices".into(), vertices);
+    let places = |points: &[Vector3<f64>]| Array::rows(points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), 3).with("unit", "m");
+    archive.arrays.insert("vertices".into(), places(&mesh.vertices));
+    if !mesh.midpoints.is_empty() {
+        archive.arrays.insert("midpoints".into(), places(&mesh.midpoints));
+    }
     archive.arrays.insert("faces".into(), Array::indices(mesh.faces.iter().flatten().copied(), 3));
     for (name, region) in &mesh.regions {
         let at = format!("regions/{}", escape(name));
@@ -40,8 +44,16 @@ pub fn mesh_from_archive(archive: &Archive, path: &Path) -> Result<Mesh> {
 }
 
 fn mesh_in(archive: &Archive) -> Result<Mesh, String> {
-    let vertices: Vec<_> = real(archive, "vertices", 3)?.chunks_exact(3).map(|v| Vector3::new(v[0], v[1], v[2])).collect();
+    let places = |name: &str| -> Result<Vec<_>, String> {
+        Ok(real(archive, name, 3)?.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect())
+    };
+    let vertices = places("vertices")?;
     let faces = whole::<3>(archive, "faces", vertices.len())?;
+    let midpoints = if archive.arrays.contains_key("midpoints") { places("midpoints")? } else { Vec::new() };
+    let edges = if midpoints.is_empty() { 0 } else { Topology::new(&faces).edges.len() };
+    if midpoints.len() != edges {
+        return Err(format!("array `midpoints` has {} rows for {edges} edges", midpoints.len()));
+    }
     let mut regions = BTreeMap::new();
     for name in archive.arrays.keys().filter_map(|k| k.strip_prefix("regions/")?.strip_suffix("/vertices")) {
         let at = |part: &str| format!("regions/{name}/{part}");
@@ -52,7 +64,7 @@ fn mesh_in(archive: &Archive) -> Result<Mesh, String> {
         };
         regions.insert(unescape(name), region);
     }
-    Ok(Mesh { vertices, faces, regions })
+    Ok(Mesh { vertices, faces, midpoints, regions })
 }
 
 /// The snapshot as contents of a checkpoint: `fields/NAME` in the order of the attribute `fields`, and `numbers`.

@@ -1,4 +1,4 @@
-//! Triangle meshes: vertices, faces, named regions and the edges between them.
+//! Triangle meshes, straight or curved: vertices, faces, midpoints of edges, named regions and the edges between them.
 //!
 //! A [`Mesh`] is plain data that a generator ([`generate`]) or a reader ([`import`]) fills, [`validate`] accepts and `mesh.h5`
 //! stores. [`Topology`] and [`Quality`] are derived from it. This module knows nothing of scenes, materials or unknowns.
@@ -25,11 +25,19 @@ pub struct Mesh {
     pub vertices: Vec<Vector3<f64>>,
     /// Vertex indices of each face; the normal `(v1 - v0) x (v2 - v0)` points to the shell's top.
     pub faces: Vec<[usize; 3]>,
+    /// Middles of the edges of curved faces [m], in the order of [`Topology::edges`]; empty for straight, flat faces. With them a
+    /// face is the quadratic triangle through its six nodes. They belong to no region.
+    pub midpoints: Vec<Vector3<f64>>,
     /// Named parts of the mesh.
     pub regions: BTreeMap<String, Region>,
 }
 
 impl Mesh {
+    /// Positions of all nodes [m]: the vertices, then the midpoints of the edges if faces are curved.
+    pub fn nodes(&self) -> Vec<Vector3<f64>> {
+        [self.vertices.as_slice(), &self.midpoints].concat()
+    }
+
     /// Diagonal of the axis-aligned bounding box [m]: the length that tolerances are relative to. 0 for an empty mesh.
     pub fn diameter(&self) -> f64 {
         let Some(first) = self.vertices.first() else { return 0.0 };

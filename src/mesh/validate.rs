@@ -1,1 +1,218 @@
-pub fn check(_: &mut super::Mesh, _: &str) -> crate::Result<Vec<String>> { Ok(vec![]) }
+//! What a mesh must be before anything computes on it: a finite, oriented manifold of faces with area.
+//!
+//! Files can hold anything, so [`check`] refuses what has no meaning and names the faces; what can be mended without a guess
+//! it mends and says so. It does not judge quality: slivers are the user's own choice ([`super::Quality`] shows them).
+
+use super::{Mesh, Stars};
+use crate::error::{Error, Result};
+
+/// Faces named in a message; the rest are counted.
+const NAMED: usize = 5;
+/// Largest coordinate and smallest face size [m] such that their fourth powers (squares of areas) neither overflow nor vanish.
+const LARGEST: f64 = 1e75;
+const SMALLEST: f64 = 1e-75;
+/// Least ratio of a face's area to the square of its longest edge. A sliver with an angle of 0.01 degrees has 1e-4.
+const LEAST_AREA: f64 = 1e-12;
+
+/// Refuses a mesh that is no oriented manifold; drops unused vertices. Returns warnings.
+///
+/// `place`: file or key that the mesh comes from, for messages. Errors: no faces; vertex indices out of range; coordinates
+/// that are not finite, too large or too small; faces with a repeated vertex or without area; two faces on the same vertices;
+/// edges of more than two faces; neighbours of opposite orientation. Warnings: vertices that no face uses, edges of regions
+/// that are no edges of faces (both are dropped), parts that touch in one vertex only.
+pub fn check(mesh: &mut Mesh, place: &str) -> Result<Vec<String>> {
+    if mesh.faces.is_empty() {
+        return Err(Error::input(place, "the mesh has no faces"));
+    }
+    let refuse = |faces: Vec<usize>, what: &str, help: &str| {
+        if faces.is_empty() { Ok(()) } else { Err(Error::input_with_help(place, format!("{what}: {}", name(mesh, &faces)), help)) }
+    };
+    let select = |bad: &dyn Fn(&[usize; 3]) -> bool| (0..mesh.faces.len()).filter(|&f| bad(&mesh.faces[f])).collect::<Vec<_>>();
+
+    let range = select(&|face| face.iter().any(|&v| v >= mesh.vertices.len()));
+    refuse(range, &format!("faces name vertices beyond the {} there are", mesh.vertices.len()), "the mesh is damaged; write it anew")?;
+    let wild = select(&|face| face.iter().any(|&v| mesh.vertices[v].iter().any(|x| !x.is_finite())));
+    refuse(wild, "coordinates are not finite", "every coordinate must be a number")?;
+    let huge = select(&|face| face.iter().any(|&v| mesh.vertices[v].amax() > LARGEST));
+    refuse(huge, &format!("coordinates are larger than {LARGEST:e} m"), "check the scale")?;
+    let repeated = select(&|face| face[0] == face[1] || face[1] == face[2] || face[2] == face[0]);
+    refuse(repeated, "faces have a repeated vertex", "remove these faces")?;
+    let tiny = select(&|face| {
+        let longest = longest_edge(mesh, face);
+        longest > 0.0 && longest < SMALLEST
+    });
+    refuse(tiny, &format!("faces are smaller than {SMALLEST:e} m"), "check the scale")?;
+    let flat = select(&|face| !has_area(mesh, face));
+    refuse(flat, "faces have no area", "remove these faces or move their vertices apart")?;
+    refuse(duplicates(mesh), "faces lie on the same vertices as another face", "keep one face of each set")?;
+
+    let uses = EdgeUse::of(mesh);
+    refuse(uses.crowded(), "edges belong to more than two faces", "the shell must be a manifold; split it or remove faces")?;
+    refuse(uses.disagreeing(), "neighbouring faces have opposite orientation", "orient all faces alike")?;
+
+    let mut warnings = Vec::new();
+    warnings.extend(drop_foreign_edges(mesh, &uses, place));
+    warnings.extend(drop_unused_vertices(mesh, place));
+    warnings.extend(touching_parts(mesh, place));
+    Ok(warnings)
+}
+
+/// `face 3 (vertices 1 2 5), face 7 (...) and 12 more`.
+fn name(mesh: &Mesh, faces: &[usize]) -> String {
+    let named = faces.iter().take(NAMED).map(|&f| {
+        let [a, b, c] = mesh.faces[f];
+        format!("face {f} (vertices {a} {b} {c})")
+    });
+    let mut text = named.collect::<Vec<_>>().join(", ");
+    if faces.len() > NAMED {
+        text += &format!(" and {} more", faces.len() - NAMED);
+    }
+    text
+}
+
+fn longest_edge(mesh: &Mesh, face: &[usize; 3]) -> f64 {
+    (0..3).map(|i| (mesh.vertices[face[(i + 1) % 3]] - mesh.vertices[face[i]]).norm()).fold(0.0, f64::max)
+}
+
+fn has_area(mesh: &Mesh, face: &[usize; 3]) -> bool {
+    let longest = longest_edge(mesh, face);
+    let [a, b, c] = face.map(|v| mesh.vertices[v]);
+    longest > 0.0 && ((b - a) / longest).cross(&((c - a) / longest)).norm() > 2.0 * LEAST_AREA
+}
+
+/// Faces on the same three vertices as another, ascending.
+fn duplicates(mesh: &Mesh) -> Vec<usize> {
+    let mut keys: Vec<([usize; 3], usize)> = mesh.faces.iter().enumerate().map(|(f, &face)| (sorted(face), f)).collect();
+    keys.sort_unstable();
+    ascending(keys.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).flatten().map(|&(_, f)| f))
+}
+
+fn sorted(mut face: [usize; 3]) -> [usize; 3] {
+    face.sort_unstable();
+    face
+}
+
+fn ascending(faces: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut faces: Vec<usize> = faces.collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}
+
+/// Every side of every face, sorted by edge.
+struct EdgeUse(Vec<Side>);
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    /// Lower vertex first.
+    edge: [usize; 2],
+    face: usize,
+    /// Whether the face runs from the lower to the higher vertex.
+    forward: bool,
+}
+
+impl EdgeUse {
+    fn of(mesh: &Mesh) -> Self {
+        let sides = mesh.faces.iter().enumerate().flat_map(|(face, corners)| {
+            (0..3).map(move |i| {
+                let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                Side { edge: [a.min(b), a.max(b)], face, forward: a < b }
+            })
+        });
+        let mut sides: Vec<Side> = sides.collect();
+        sides.sort_unstable();
+        EdgeUse(sides)
+    }
+
+    fn edges(&self) -> impl Iterator<Item = &[Side]> {
+        self.0.chunk_by(|a, b| a.edge == b.edge)
+    }
+
+    /// Faces at edges of more than two faces.
+    fn crowded(&self) -> Vec<usize> {
+        ascending(self.edges().filter(|sides| sides.len() > 2).flatten().map(|s| s.face))
+    }
+
+    /// Faces that run along a shared edge in the same direction.
+    fn disagreeing(&self) -> Vec<usize> {
+        ascending(self.edges().filter(|sides| sides.len() == 2 && sides[0].forward == sides[1].forward).flatten().map(|s| s.face))
+    }
+
+    fn contains(&self, edge: &[usize; 2]) -> bool {
+        self.0.binary_search_by(|side| side.edge.cmp(edge)).is_ok()
+    }
+}
+
+fn drop_foreign_edges(mesh: &mut Mesh, uses: &EdgeUse, place: &str) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for (name, region) in &mut mesh.regions {
+        let before = region.edges.len();
+        region.edges.retain(|edge| uses.contains(edge));
+        let dropped = before - region.edges.len();
+        if dropped > 0 {
+            warnings.push(format!("{place}: {dropped} edges of region `{name}` belong to no face and are dropped"));
+        }
+    }
+    warnings
+}
+
+/// Renumbers vertices and regions so that every vertex has a face.
+fn drop_unused_vertices(mesh: &mut Mesh, place: &str) -> Option<String> {
+    let mut used = vec![false; mesh.vertices.len()];
+    mesh.faces.iter().flatten().for_each(|&v| used[v] = true);
+    let unused = used.iter().filter(|&&u| !u).count();
+    if unused == 0 {
+        return None;
+    }
+    let mut renumbered = vec![None; used.len()];
+    let mut kept = Vec::with_capacity(used.len() - unused);
+    for v in (0..used.len()).filter(|&v| used[v]) {
+        renumbered[v] = Some(kept.len());
+        kept.push(mesh.vertices[v]);
+    }
+    mesh.vertices = kept;
+    // Every vertex of a face has a new number, so nothing falls back on the old one.
+    mesh.faces.iter_mut().flatten().for_each(|v| *v = renumbered[*v].unwrap_or(*v));
+    for region in mesh.regions.values_mut() {
+        let number = |v: &usize| renumbered.get(*v).copied().flatten();
+        region.vertices = region.vertices.iter().filter_map(number).collect();
+        region.edges = region.edges.iter().filter_map(|[a, b]| Some([number(a)?, number(b)?])).collect();
+    }
+    Some(format!("{place}: {unused} vertices belong to no face and are dropped"))
+}
+
+/// Warns of vertices whose faces do not all hang together by edges.
+fn touching_parts(mesh: &Mesh, place: &str) -> Option<String> {
+    let stars = Stars::new(mesh.vertices.len(), &mesh.faces);
+    let bow_ties: Vec<usize> = (0..mesh.vertices.len()).filter(|&v| fans(mesh, v, stars.of(v)) > 1).collect();
+    let first = bow_ties.first()?;
+    let p = mesh.vertices[*first];
+    Some(format!(
+        "{place}: at {} vertices faces touch that share no edge there (vertex {first} at ({}, {}, {})); such a joint turns freely",
+        bow_ties.len(),
+        p.x,
+        p.y,
+        p.z
+    ))
+}
+
+/// Number of groups of faces at a vertex that hang together by edges at it: the ends of open fans, two each, or closed rings.
+fn fans(mesh: &Mesh, vertex: usize, star: &[usize]) -> usize {
+    let mut spokes: Vec<[usize; 2]> = star
+        .iter()
+        .filter_map(|&f| {
+            let face = mesh.faces[f];
+            let at = face.iter().position(|&v| v == vertex)?;
+            Some([face[(at + 1) % 3], face[(at + 2) % 3]])
+        })
+        .collect();
+    let mut count = 0;
+    while let Some([mut tail, mut head]) = spokes.pop() {
+        count += 1;
+        while let Some(k) = spokes.iter().position(|s| s[0] == head || s[1] == tail) {
+            let [from, to] = spokes.swap_remove(k);
+            if from == head { head = to } else { tail = from }
+        }
+    }
+    count
+}

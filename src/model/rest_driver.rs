@@ -44,7 +44,8 @@ impl RestDriver {
 
     /// Rest forms at a time [s]. Errors: face and reason.
     pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, String> {
-        let evaluate = || linear_element_forms(&self.mesh, &self.topology, &*self.law, self.sampling, &self.initial, |f| self.thickness[f], time);
+        let evaluate =
+            || linear_element_forms(&self.mesh, &self.topology, &*self.law, self.sampling, &self.initial, |f| self.thickness[f], time);
         let law = if self.law_changes {
             evaluate()?
         } else {

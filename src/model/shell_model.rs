@@ -1,10 +1,11 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
 use super::rest_driver::RestDriver;
-use crate::snapshot::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
+use crate::load::DeadLoad;
 use crate::shell::rest::Forms;
-use crate::shell::{Gravity, Inertia, Shell};
+use crate::shell::{Inertial, Shell};
+use crate::snapshot::{Association, Field, Snapshot};
 use crate::solve::{Counters, Failure, Newton, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
@@ -22,14 +23,26 @@ pub struct HeldUnknown {
     pub motion: Option<Motion>,
 }
 
+/// A dead load.
+pub struct Load {
+    /// Key of its factor in the scene.
+    pub key: &'static str,
+    /// Its energy's column in the history.
+    pub energy_name: &'static str,
+    /// The forces.
+    pub potential: DeadLoad,
+    /// Factor in time, if that changes.
+    pub factor: Option<Motion>,
+}
+
 /// What a model is made of. What is absent has no object and costs nothing.
 pub struct Parts {
     /// The shell.
     pub shell: Box<dyn Shell>,
     /// Inertia; absent in statics.
-    pub inertia: Option<Inertia<3, 9>>,
-    /// Gravity and its factor in time, if that changes.
-    pub gravity: Option<(Gravity, Option<Motion>)>,
+    pub inertia: Option<Box<dyn Inertial>>,
+    /// Loads, none for a free shell.
+    pub loads: Vec<Load>,
     /// Growth; absent when the rest shape is the initial one.
     pub rest: Option<RestDriver>,
     /// Forms of the initial shape, per integration point.
@@ -132,21 +145,23 @@ impl ShellModel {
         Ok(())
     }
 
-    fn set_gravity(&mut self, time: f64) {
-        if let Some((gravity, Some(factor))) = &mut self.parts.gravity {
-            gravity.set_factor(factor(time));
+    fn set_loads(&mut self, time: f64) {
+        for load in &mut self.parts.loads {
+            if let Some(factor) = &load.factor {
+                load.potential.set_factor(factor(time));
+            }
         }
     }
 
     /// Values that the moved unknowns take at a time, once it is sure that all that is prescribed then is finite.
     ///
     /// # Errors
-    /// [`StepFailure::Input`] for a motion or a factor of gravity that is not finite.
+    /// [`StepFailure::Input`] for a motion or a load's factor that is not finite.
     pub fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
-        if let Some((_, Some(factor))) = &self.parts.gravity {
-            let factor = factor(time);
+        for load in &self.parts.loads {
+            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
             if !factor.is_finite() {
-                return Err(StepFailure::Input { place: "gravity.factor", reason: format!("is {factor} at t = {time} s") });
+                return Err(StepFailure::Input { place: load.key, reason: format!("is {factor} at t = {time} s") });
             }
         }
         let mut targets = Vec::with_capacity(self.parts.held.len());
@@ -173,7 +188,7 @@ impl ShellModel {
             self.parts.shell.set_directors(&directors);
             // The forms of the present time held when it was accepted, so they cannot fail now.
             let _ = self.set_rest(self.time);
-            self.set_gravity(self.time);
+            self.set_loads(self.time);
         }
         outcome
     }
@@ -181,7 +196,7 @@ impl ShellModel {
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
         let targets = self.prescribed(time)?;
         self.set_rest(time).map_err(|reason| StepFailure::Input { place: "rest", reason: format!("{reason} (at t = {time} s)") })?;
-        self.set_gravity(time);
+        self.set_loads(time);
         let before = self.x.clone();
         self.parts.shell.start_step(&before, dt);
         if let Some(inertia) = &mut self.parts.inertia {
@@ -190,7 +205,9 @@ impl ShellModel {
         let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets).map_err(|failure| match failure {
             Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
             Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
-            Failure::NotContracting(movement) => StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m")),
+            Failure::NotContracting(movement) => {
+                StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
+            }
         })?;
         for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
             *v = (now - before) / dt;
@@ -205,7 +222,14 @@ impl ShellModel {
         let lengths = 3 * self.parts.positions.len();
         if unknown < lengths {
             let p = self.parts.positions[unknown / 3];
-            return format!("coordinate {} of vertex {} at ({:.4e}, {:.4e}, {:.4e}) m", ["x", "y", "z"][unknown % 3], unknown / 3, p.x, p.y, p.z);
+            return format!(
+                "coordinate {} of vertex {} at ({:.4e}, {:.4e}, {:.4e}) m",
+                ["x", "y", "z"][unknown % 3],
+                unknown / 3,
+                p.x,
+                p.y,
+                p.z
+            );
         }
         format!("the director of edge {}", unknown - lengths)
     }
@@ -218,9 +242,7 @@ impl ShellModel {
             energies.push(("kinetic_energy_J", inertia.kinetic_energy(&self.v)));
         }
         energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
-        if let Some((gravity, _)) = &self.parts.gravity {
-            energies.push(("gravity_energy_J", gravity.energy(&self.x)));
-        }
+        energies.extend(self.parts.loads.iter().map(|load| (load.energy_name, load.potential.energy(&self.x))));
         energies
     }
 
@@ -231,7 +253,13 @@ impl ShellModel {
 
     /// The state, with everything the next step reads.
     pub fn snapshot(&self) -> Snapshot {
-        let field = |name: &str, association, components, unit: &str, data: Vec<f64>| Field { name: name.into(), association, components, unit: unit.into(), data };
+        let field = |name: &str, association, components, unit: &str, data: Vec<f64>| Field {
+            name: name.into(),
+            association,
+            components,
+            unit: unit.into(),
+            data,
+        };
         let lengths = 3 * self.parts.positions.len();
         let mut fields = vec![field("position", Association::Node, 3, "m", self.x[..lengths].to_vec())];
         if !self.v.is_empty() {
@@ -256,14 +284,19 @@ impl ShellModel {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
         let take = |name: &str, length: usize| -> Result<Vec<f64>, String> {
             let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
-            if field.data.len() == length { Ok(field.data.clone()) } else { Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len())) }
+            if field.data.len() == length {
+                Ok(field.data.clone())
+            } else {
+                Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len()))
+            }
         };
         let lengths = 3 * self.parts.positions.len();
         let position = take("position", lengths)?;
         let velocity = if self.v.is_empty() { Vec::new() } else { take("velocity", lengths)? };
         let count = self.parts.shell.directors().len();
         if count > 0 {
-            let directors: Vec<Vector3<f64>> = take("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
+            let directors: Vec<Vector3<f64>> =
+                take("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
             self.parts.shell.set_directors(&directors);
         }
         let points = self.parts.shell.faces() * self.parts.shell.points();
@@ -280,7 +313,7 @@ impl ShellModel {
             factorizations: count("factorizations"),
         });
         self.set_rest(self.time)?;
-        self.set_gravity(self.time);
+        self.set_loads(self.time);
         Ok(())
     }
 }
@@ -288,7 +321,7 @@ impl ShellModel {
 /// The potentials of a model, in the order in which they are added.
 fn potentials(parts: &mut Parts) -> Vec<&mut dyn Potential> {
     let mut list: Vec<&mut dyn Potential> = vec![&mut *parts.shell];
-    list.extend(parts.inertia.as_mut().map(|p| p as &mut dyn Potential));
-    list.extend(parts.gravity.as_mut().map(|(p, _)| p as &mut dyn Potential));
+    list.extend(parts.inertia.as_mut().map(|p| &mut **p as &mut dyn Potential));
+    list.extend(parts.loads.iter_mut().map(|load| &mut load.potential as &mut dyn Potential));
     list
 }

@@ -17,6 +17,9 @@ pub trait Element<const N: usize, const P: usize> {
     /// Weights of the integration points in the reference triangle; they add up to its area, 1/2.
     const WEIGHTS: [f64; P];
 
+    /// Leading unknowns of the stencil that the first form depends on; it depends on no others.
+    const STRETCHING: usize = N;
+
     /// Number of faces.
     fn faces(&self) -> usize;
 

@@ -182,7 +182,11 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
     /// Geometry of a face at `x`.
     #[inline]
     fn geometry(&self, face: usize, x: &[f64]) -> E::Geometry {
-        let u = if self.bound() { self.scatter.gather(face, x) } else { self.element.stencil(face).map(|s| if s == usize::MAX { 0.0 } else { x[s] }) };
+        let u = if self.bound() {
+            self.scatter.gather(face, x)
+        } else {
+            self.element.stencil(face).map(|s| if s == usize::MAX { 0.0 } else { x[s] })
+        };
         self.element.geometry(face, &u)
     }
 

@@ -23,6 +23,8 @@ pub enum Measure {
     Sin,
     /// `tan(alpha)`: grows without bound as the hinge folds flat.
     Tan,
+    /// `alpha` itself.
+    Angle,
 }
 
 impl Measure {
@@ -42,6 +44,7 @@ impl Measure {
                 let slope = 1.0 + t * t;
                 if inside == alpha { [t, slope, 2.0 * t * slope] } else { [t + slope * (alpha - inside), slope, 0.0] }
             }
+            Measure::Angle => [alpha, 1.0, 0.0],
         }
     }
 }
@@ -146,14 +149,7 @@ impl Hinge {
         let ton = c * a_to * a_tn + b * aa_ton;
         let tnn = c * a_tn * a_tn - b * aa_too;
         let tt = Matrix3::new(0.0, tto, ttn, tto, too, ton, ttn, ton, tnn);
-        HingeHessian {
-            ee_nn,
-            et,
-            tt,
-            phi_e: [s1 * sign, s2 * sign],
-            phi_t: [c * a_to * sign, c * a_tn * sign],
-            phi_phi: c,
-        }
+        HingeHessian { ee_nn, et, tt, phi_e: [s1 * sign, s2 * sign], phi_t: [c * a_to * sign, c * a_tn * sign], phi_phi: c }
     }
 }
 

@@ -213,6 +213,7 @@ impl Element<18, 1> for LinearAverage {
     type Geometry = AverageGeometry;
 
     const WEIGHTS: [f64; 1] = [0.5];
+    const STRETCHING: usize = 9;
 
     fn faces(&self) -> usize {
         self.faces.len()

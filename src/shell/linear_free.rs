@@ -106,6 +106,7 @@ impl Element<12, 1> for LinearFree {
     type Geometry = FreeGeometry;
 
     const WEIGHTS: [f64; 1] = [0.5];
+    const STRETCHING: usize = 9;
 
     fn faces(&self) -> usize {
         self.faces.len()

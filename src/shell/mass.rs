@@ -1,7 +1,7 @@
-//! Inertia and weight of a shell (seed A, section 3; PHYSICS A2, A4).
+//! Inertia of a shell (seed A, section 3; PHYSICS A2, A4).
 //!
-//! Mass is that of the rest forms at the start, `h rho sqrt(det abar)`, and is conserved while the shell swells. Both are exact integrals of
-//! the element's shape functions. Neither knows of time integration beyond the predictor it is given.
+//! Mass is that of the rest forms at the start, `h rho sqrt(det abar)`, and is conserved while the shell swells. It is integrated with
+//! the element's shape functions. Time integration enters only as the predictor that a step starts from.
 
 use crate::sparse::{Curvature, Numbering, Pattern, Potential, Scatter, System};
 use nalgebra::Vector3;
@@ -16,12 +16,12 @@ pub enum MassKind {
 }
 
 impl MassKind {
-    /// Share of a linear triangle's mass that couples two of its vertices; the entries add up to 1.
-    pub fn linear(self) -> [[f64; 3]; 3] {
+    /// Mass matrix of a linear triangle of this mass [kg]; the entries add up to it.
+    pub fn linear(self, mass: f64) -> [[f64; 3]; 3] {
         std::array::from_fn(|i| {
             std::array::from_fn(|j| match self {
-                MassKind::Consistent => (1.0 + f64::from(u8::from(i == j))) / 12.0,
-                MassKind::Lumped => f64::from(u8::from(i == j)) / 3.0,
+                MassKind::Consistent => mass * (1.0 + f64::from(u8::from(i == j))) / 12.0,
+                MassKind::Lumped => mass * f64::from(u8::from(i == j)) / 3.0,
             })
         })
     }
@@ -30,60 +30,18 @@ impl MassKind {
 /// `1/(2 dt^2) (x - y).M (x - y)` with `y = x_prev + dt v`, over faces of `K` nodes and `N = 3 K` coordinates.
 pub struct Inertia<const K: usize, const N: usize> {
     nodes: Vec<[usize; K]>,
-    /// Mass of each face [kg].
-    masses: Vec<f64>,
-    /// Mass matrix of a face of unit mass.
-    reference: [[f64; K]; K],
+    /// Mass matrix of each face [kg].
+    matrices: Vec<[[f64; K]; K]>,
     scatter: Scatter<N>,
     predicted: Vec<f64>,
     dt: f64,
 }
 
 impl<const K: usize, const N: usize> Inertia<K, N> {
-    /// `nodes`: of each face. `masses`: [kg] of each face. `reference`: mass matrix of a face of unit mass.
-    pub fn new(nodes: Vec<[usize; K]>, masses: Vec<f64>, reference: [[f64; K]; K]) -> Self {
+    /// `nodes`: of each face. `matrices`: mass matrix [kg] of each face.
+    pub fn new(nodes: Vec<[usize; K]>, matrices: Vec<[[f64; K]; K]>) -> Self {
         let scatter = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
-        Inertia { nodes, masses, reference, scatter, predicted: Vec::new(), dt: 1.0 }
-    }
-
-    /// Starts a step of size `dt` [s] from positions `x` [m] and velocities `v` [m/s] (both over the coordinates, other unknowns ignored).
-    pub fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64) {
-        self.predicted.clear();
-        self.predicted.extend(x.iter().zip(v).map(|(x, v)| x + dt * v));
-        self.dt = dt;
-    }
-
-    /// Kinetic energy [J] of velocities `v`.
-    pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
-        0.5 * self.quadratic(v)
-    }
-
-    /// Momentum [kg m/s] of velocities `v`.
-    pub fn momentum(&self, v: &[f64]) -> Vector3<f64> {
-        let mut p = Vector3::zeros();
-        for (nodes, mass) in self.nodes.iter().zip(&self.masses) {
-            for (row, &node) in self.reference.iter().zip(nodes) {
-                let share: f64 = row.iter().sum();
-                for k in 0..3 {
-                    p[k] += mass * share * v[3 * node + k];
-                }
-            }
-        }
-        p
-    }
-
-    /// `v.M v`.
-    fn quadratic(&self, v: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for (nodes, mass) in self.nodes.iter().zip(&self.masses) {
-            for (i, row) in self.reference.iter().enumerate() {
-                for (j, share) in row.iter().enumerate() {
-                    let (p, q) = (3 * nodes[i], 3 * nodes[j]);
-                    sum += mass * share * (v[p] * v[q] + v[p + 1] * v[q + 1] + v[p + 2] * v[q + 2]);
-                }
-            }
-        }
-        sum
+        Inertia { nodes, matrices, scatter, predicted: Vec::new(), dt: 1.0 }
     }
 
     fn stencil(nodes: &[usize; K]) -> [usize; N] {
@@ -98,17 +56,63 @@ impl<const K: usize, const N: usize> Inertia<K, N> {
             let u = 3 * nodes[s / 3] + s % 3;
             x[u] - self.predicted[u]
         });
-        let factor = self.masses[face] / (self.dt * self.dt);
+        let factor = 1.0 / (self.dt * self.dt);
         let mut gradient = [0.0; N];
-        for (i, row) in self.reference.iter().enumerate() {
-            for (j, share) in row.iter().enumerate() {
+        for (i, row) in self.matrices[face].iter().enumerate() {
+            for (j, mass) in row.iter().enumerate() {
                 for k in 0..3 {
-                    gradient[3 * i + k] += factor * share * d[3 * j + k];
+                    gradient[3 * i + k] += factor * mass * d[3 * j + k];
                 }
             }
         }
         let energy = 0.5 * gradient.iter().zip(&d).map(|(g, d)| g * d).sum::<f64>();
         (gradient, energy)
+    }
+}
+
+/// Inertia as a model sees it, whatever the number of nodes of its faces.
+pub trait Inertial: Potential {
+    /// Starts a step of size `dt` [s] from positions `x` [m] and velocities `v` [m/s] (both over the coordinates, other unknowns ignored).
+    fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64);
+
+    /// Kinetic energy [J] of velocities `v`.
+    fn kinetic_energy(&self, v: &[f64]) -> f64;
+
+    /// Momentum [kg m/s] of velocities `v`.
+    fn momentum(&self, v: &[f64]) -> Vector3<f64>;
+}
+
+impl<const K: usize, const N: usize> Inertial for Inertia<K, N> {
+    fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64) {
+        self.predicted.clear();
+        self.predicted.extend(x.iter().zip(v).map(|(x, v)| x + dt * v));
+        self.dt = dt;
+    }
+
+    fn kinetic_energy(&self, v: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for (nodes, matrix) in self.nodes.iter().zip(&self.matrices) {
+            for (i, row) in matrix.iter().enumerate() {
+                for (j, mass) in row.iter().enumerate() {
+                    let (p, q) = (3 * nodes[i], 3 * nodes[j]);
+                    sum += mass * (v[p] * v[q] + v[p + 1] * v[q + 1] + v[p + 2] * v[q + 2]);
+                }
+            }
+        }
+        0.5 * sum
+    }
+
+    fn momentum(&self, v: &[f64]) -> Vector3<f64> {
+        let mut p = Vector3::zeros();
+        for (nodes, matrix) in self.nodes.iter().zip(&self.matrices) {
+            for (row, &node) in matrix.iter().zip(nodes) {
+                let mass: f64 = row.iter().sum();
+                for k in 0..3 {
+                    p[k] += mass * v[3 * node + k];
+                }
+            }
+        }
+        p
     }
 }
 
@@ -134,10 +138,10 @@ impl<const K: usize, const N: usize> Potential for Inertia<K, N> {
             let (gradient, e) = self.face(face, x);
             energy += e;
             let mut hessian = [[0.0; N]; N];
-            for (i, row) in self.reference.iter().enumerate() {
-                for (j, share) in row.iter().enumerate().take(i + 1) {
+            for (i, row) in self.matrices[face].iter().enumerate() {
+                for (j, mass) in row.iter().enumerate().take(i + 1) {
                     for k in 0..3 {
-                        hessian[3 * i + k][3 * j + k] = self.masses[face] * share * inverse;
+                        hessian[3 * i + k][3 * j + k] = mass * inverse;
                     }
                 }
             }
@@ -155,55 +159,5 @@ impl<const K: usize, const N: usize> Potential for Inertia<K, N> {
             self.scatter.add_gradient(face, &gradient, into);
         }
         energy
-    }
-}
-
-/// Weight: `-factor sum_i m_i g.x_i`, a constant force.
-pub struct Gravity {
-    /// Mass carried by each node [kg].
-    masses: Vec<f64>,
-    /// Acceleration [m/s2].
-    acceleration: Vector3<f64>,
-    factor: f64,
-    numbers: Vec<[u32; 3]>,
-}
-
-impl Gravity {
-    /// `masses`: [kg] per node, the face masses by the shape functions' integrals.
-    pub fn new(masses: Vec<f64>, acceleration: Vector3<f64>) -> Self {
-        Gravity { masses, acceleration, factor: 1.0, numbers: Vec::new() }
-    }
-
-    /// Sets the factor on the acceleration.
-    pub fn set_factor(&mut self, factor: f64) {
-        self.factor = factor;
-    }
-}
-
-impl Potential for Gravity {
-    fn stencils(&self, _visit: &mut dyn FnMut(&[usize])) {}
-
-    fn bind(&mut self, numbering: &Numbering, _pattern: &Pattern) {
-        self.numbers = (0..self.masses.len()).map(|i| std::array::from_fn(|k| numbering.of(3 * i + k))).collect();
-    }
-
-    fn energy(&self, x: &[f64]) -> f64 {
-        let g = self.acceleration * self.factor;
-        -self.masses.iter().zip(x.chunks_exact(3)).map(|(m, x)| m * (g.x * x[0] + g.y * x[1] + g.z * x[2])).sum::<f64>()
-    }
-
-    fn assemble(&mut self, x: &[f64], _curvature: Curvature, into: &mut System) -> f64 {
-        self.gradient(x, into)
-    }
-
-    fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
-        for (mass, numbers) in self.masses.iter().zip(&self.numbers) {
-            for (k, &number) in numbers.iter().enumerate() {
-                if number != crate::sparse::HELD {
-                    into.gradient[number as usize] -= mass * self.factor * self.acceleration[k];
-                }
-            }
-        }
-        self.energy(x)
     }
 }

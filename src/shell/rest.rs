@@ -151,7 +151,10 @@ pub fn machine_direction(mesh: &Mesh, vector: impl Fn(&Vector3<f64>) -> Vector3<
             let (r1, r2) = (v1 - v0, v2 - v0);
             let d = vector(&((v0 + v1 + v2) / 3.0));
             let metric = Matrix2::new(r1.dot(&r1), r1.dot(&r2), r1.dot(&r2), r2.dot(&r2));
-            let c = metric.try_inverse().map(|inverse| inverse * Vector2::new(r1.dot(&d), r2.dot(&d))).filter(|c| c.x.is_finite() && c.y.is_finite());
+            let c = metric
+                .try_inverse()
+                .map(|inverse| inverse * Vector2::new(r1.dot(&d), r2.dot(&d)))
+                .filter(|c| c.x.is_finite() && c.y.is_finite());
             let on_face = c.map_or(0.0, |c| (r1 * c.x + r2 * c.y).norm());
             match c {
                 Some(c) if on_face > 1e-6 * d.norm() => Ok([c.x / on_face, c.y / on_face]),
@@ -171,8 +174,7 @@ pub enum Sampling {
 }
 
 /// Gauss points and weights on [0, 1], exact to degree 5.
-const GAUSS: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+const GAUSS: [(f64, f64); 3] = [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
 /// Rest forms of the linear element, one per face, at a time [s].
 ///

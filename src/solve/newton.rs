@@ -82,7 +82,17 @@ impl Newton {
         let system = System::new(&pattern);
         let all = numbering.all();
         let solution = vec![0.0; numbering.free()];
-        Ok(Newton { numbering, pattern, system, cholesky, settings, dx: vec![0.0; all], solution, trial: vec![0.0; all], counters: Counters::default() })
+        Ok(Newton {
+            numbering,
+            pattern,
+            system,
+            cholesky,
+            settings,
+            dx: vec![0.0; all],
+            solution,
+            trial: vec![0.0; all],
+            counters: Counters::default(),
+        })
     }
 
     /// Work done so far.
@@ -172,7 +182,13 @@ impl Newton {
     }
 
     /// Mixed iterations from `x`; the held unknowns `moved` go along with the first.
-    fn mixed(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], moved: &[(usize, f64)], most: usize) -> Result<Solved, Failure> {
+    fn mixed(
+        &mut self,
+        potentials: &mut [&mut dyn Potential],
+        x: &mut [f64],
+        moved: &[(usize, f64)],
+        most: usize,
+    ) -> Result<Solved, Failure> {
         let (mut smallest, mut movement) = (f64::INFINITY, f64::INFINITY);
         for iteration in 1..=most as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));

@@ -49,7 +49,10 @@ pub struct Cholesky {
 impl Cholesky {
     /// Analyses a pattern: approximate minimum degree ordering and supernodes. Errors: out of memory.
     pub fn new(pattern: &Pattern) -> Result<Self> {
-        let out_of_memory = |_| Error::Numerical { message: "not enough memory for the factor of the matrix".into(), help: Some("use a coarser mesh".into()) };
+        let out_of_memory = |_| Error::Numerical {
+            message: "not enough memory for the factor of the matrix".into(),
+            help: Some("use a coarser mesh".into()),
+        };
         let n = pattern.len();
         let symbolic = factorize_symbolic_cholesky(
             SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_start, None, &pattern.row),
@@ -91,7 +94,15 @@ impl Cholesky {
             }
             Kind::Ldlt => {
                 self.symbolic
-                    .factorize_numeric_ldlt(&mut self.values, a, Side::Lower, LdltRegularization::default(), Par::Seq, stack, Spec::default())
+                    .factorize_numeric_ldlt(
+                        &mut self.values,
+                        a,
+                        Side::Lower,
+                        LdltRegularization::default(),
+                        Par::Seq,
+                        stack,
+                        Spec::default(),
+                    )
                     .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: unknown(index), zero: true })?;
                 self.scale.fill(0.0);
                 for j in 0..n {

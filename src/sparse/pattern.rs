@@ -5,6 +5,9 @@ use crate::error::{Error, Result};
 /// Marks an unknown that is held, or absent from a stencil.
 pub const HELD: u32 = u32::MAX;
 
+/// Shows every stencil, the unknowns of one element, to its argument.
+pub type ShowStencils<'a> = dyn FnMut(&mut dyn FnMut(&[usize])) + 'a;
+
 /// Numbers of the free unknowns.
 #[derive(Clone, Debug)]
 pub struct Numbering {
@@ -56,10 +59,10 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Union of the couplings of `stencils`, a function that shows every stencil (unknowns of one element) to its argument.
+    /// Union of the couplings of all `stencils`.
     ///
     /// Every free unknown gets a diagonal entry. Errors: more than 2^32 entries.
-    pub fn new(numbering: &Numbering, stencils: &mut dyn FnMut(&mut dyn FnMut(&[usize]))) -> Result<Self> {
+    pub fn new(numbering: &Numbering, stencils: &mut ShowStencils) -> Result<Self> {
         let n = numbering.free();
         // Two passes over the couplings bucket the rows by column without a pair list of the whole matrix.
         let mut start = vec![0usize; n + 1];
@@ -99,7 +102,8 @@ impl Pattern {
             for &r in column.iter().filter(|r| std::mem::replace(&mut last, **r) != **r) {
                 row.push(r);
             }
-            column_start.push(u32::try_from(row.len()).map_err(|_| Error::input("mesh", "too many unknowns: more than 2^32 matrix entries"))?);
+            column_start
+                .push(u32::try_from(row.len()).map_err(|_| Error::input("mesh", "too many unknowns: more than 2^32 matrix entries"))?);
         }
         row.shrink_to_fit();
         Ok(Pattern { column_start, row })

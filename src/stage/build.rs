@@ -4,12 +4,13 @@
 
 use super::setup::Setup;
 use crate::error::{Error, Result};
+use crate::load::DeadLoad;
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
-use crate::model::{HeldUnknown, Motion, Parts, Ramp, RestDriver, ShellModel};
+use crate::model::{HeldUnknown, Load, Motion, Parts, Ramp, RestDriver, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
 use crate::shell::rest::{Law, Linear, Pullback, Sampling, ScalarField};
-use crate::shell::{Director, Gravity, Inertia, Koiter, LinearAverage, LinearFree, MassKind, Measure, Shell};
+use crate::shell::{Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, MassKind, Measure, Shell};
 use nalgebra::Vector3;
 
 /// Values of all the variables of an expression at a place and time, picked by its list of names.
@@ -128,21 +129,17 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         scene::Mass::Consistent => MassKind::Consistent,
         scene::Mass::Lumped => MassKind::Lumped,
     };
-    let gravity = match &scene.gravity {
-        None => None,
-        Some(table) => {
-            let mut nodes = vec![0.0; mesh.vertices.len()];
-            for (face, mass) in mesh.faces.iter().zip(&masses) {
-                face.iter().for_each(|v| nodes[*v] += mass / 3.0);
-            }
-            let factor: Option<Motion> = match &table.factor {
-                Some(expr) => Some(of_time("gravity.factor", expr)?),
-                None if scene.statics.is_some() => Some(Box::new(|t| t)),
-                None => None,
-            };
-            Some((Gravity::new(nodes, Vector3::from(table.acceleration)), factor))
+    let mut loads = Vec::new();
+    if let Some(table) = &scene.gravity {
+        let mut nodes = vec![0.0; mesh.vertices.len()];
+        for (face, mass) in mesh.faces.iter().zip(&masses) {
+            face.iter().for_each(|v| nodes[*v] += mass / 3.0);
         }
-    };
+        let g = Vector3::from(table.acceleration);
+        let potential = DeadLoad::new(nodes.iter().map(|mass| g * *mass).enumerate().collect());
+        let factor = load_factor(scene, "gravity.factor", &table.factor)?;
+        loads.push(Load { key: "gravity.factor", energy_name: "gravity_energy_J", potential, factor });
+    }
     let held = setup
         .held
         .iter()
@@ -161,8 +158,10 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         .collect::<Result<Vec<_>>>()?;
     let parts = Parts {
         shell: shell(scene, mesh, topology, setup),
-        inertia: scene.dynamics.as_ref().map(|_| Inertia::new(mesh.faces.clone(), masses, kind.linear())),
-        gravity,
+        inertia: scene.dynamics.as_ref().map(|_| -> Box<dyn Inertial> {
+            Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), masses.iter().map(|mass| kind.linear(*mass)).collect()))
+        }),
+        loads,
         rest: rest(scene, mesh, topology, setup)?,
         initial_forms: setup.initial_forms.clone(),
         held,
@@ -170,6 +169,15 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         velocities: velocities(scene, mesh)?,
     };
     ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)
+}
+
+/// A load's factor in time: as given, else the load factor in statics and none in dynamics.
+fn load_factor(scene: &Scene, key: &str, factor: &Option<Expr>) -> Result<Option<Motion>> {
+    match factor {
+        Some(expr) => Ok(Some(of_time(key, expr)?)),
+        None if scene.statics.is_some() => Ok(Some(Box::new(|t| t))),
+        None => Ok(None),
+    }
 }
 
 /// The prescribed displacement along an axis of a pin, if it has one.
@@ -183,7 +191,8 @@ fn velocities(scene: &Scene, mesh: &Mesh) -> Result<Vec<Vector3<f64>>> {
     let Some(dynamics) = &scene.dynamics else { return Ok(Vec::new()) };
     let Some(exprs) = &dynamics.velocity else { return Ok(vec![Vector3::zeros(); mesh.vertices.len()]) };
     let fields = exprs.iter().map(|e| field("dynamics.velocity", e, scene::PLACE)).collect::<Result<Vec<_>>>()?;
-    let velocities: Vec<Vector3<f64>> = mesh.vertices.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
+    let velocities: Vec<Vector3<f64>> =
+        mesh.vertices.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
     match velocities.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
         Some(v) => Err(Error::input("dynamics.velocity", format!("is not finite at vertex {v}"))),
         None => Ok(velocities),

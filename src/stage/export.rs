@@ -18,7 +18,11 @@ pub fn run(job: &Job) -> Result<()> {
     let folder = Folder::new(&job.case, run_stage::inputs(job)?);
     let steps = folder.list()?;
     if steps.is_empty() {
-        return Err(Error::Stale { path: job.case.join("run"), message: "has no checkpoint".into(), help: "make some: thinshell run SCENE".into() });
+        return Err(Error::Stale {
+            path: job.case.join("run"),
+            message: "has no checkpoint".into(),
+            help: "make some: thinshell run SCENE".into(),
+        });
     }
     let topology = Topology::new(&mesh.faces);
     let mut fields = Fields::new(&job.scene, &mesh, &topology, &setup)?;
@@ -40,9 +44,12 @@ pub fn run(job: &Job) -> Result<()> {
             units.insert(field.name.clone(), field.unit.clone());
         }
         let name = format!("step_{step:08}.vtp");
-        vtk::Surface { points: &state.points, faces: &mesh.faces, point_data: state.point_data, cell_data: state.cell_data }.write(&vtk_folder.join(&name))?;
+        vtk::Surface { points: &state.points, faces: &mesh.faces, point_data: state.point_data, cell_data: state.cell_data }
+            .write(&vtk_folder.join(&name))?;
         files.push((snapshot.time, name));
     }
+    // In statics time is the load factor.
+    units.insert("time".into(), if job.scene.statics.is_some() { "1" } else { "s" }.into());
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
     remove_leftovers(&vtk_folder, &files)?;
     vtk::write_series(&series, &files)?;

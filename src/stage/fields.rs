@@ -2,14 +2,14 @@
 
 use super::build;
 use super::setup::Setup;
-use crate::snapshot::{Association, Field, Snapshot};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
 use crate::model::RestDriver;
 use crate::scene::Scene;
+use crate::shell::Shell;
 use crate::shell::fields::at_point;
 use crate::shell::rest::Forms;
-use crate::shell::Shell;
+use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::{Matrix3, Vector3};
 
 /// Computes fields of the snapshots of one case.
@@ -45,7 +45,13 @@ fn symmetric(m: &Matrix3<f64>) -> [f64; 6] {
 impl<'a> Fields<'a> {
     /// Builds the shell and the rest driver that the fields are computed with.
     pub fn new(scene: &'a Scene, mesh: &'a Mesh, topology: &Topology, setup: &'a Setup) -> Result<Self> {
-        Ok(Fields { scene, mesh, setup, shell: build::shell(scene, mesh, topology, setup), rest: build::rest(scene, mesh, topology, setup)? })
+        Ok(Fields {
+            scene,
+            mesh,
+            setup,
+            shell: build::shell(scene, mesh, topology, setup),
+            rest: build::rest(scene, mesh, topology, setup)?,
+        })
     }
 
     /// All fields of a snapshot. Errors: a snapshot of another case.
@@ -133,7 +139,8 @@ impl<'a> Fields<'a> {
             ("bending_energy_density", 1, "J/m2"),
             ("thickness", 1, "m"),
         ];
-        let mut cells: Vec<Field> = NAMES.iter().zip(columns).map(|((name, n, unit), data)| field(name, Association::Face, *n, unit, data)).collect();
+        let mut cells: Vec<Field> =
+            NAMES.iter().zip(columns).map(|((name, n, unit), data)| field(name, Association::Face, *n, unit, data)).collect();
         if !directions.is_empty() {
             cells.push(field("machine_direction", Association::Face, 3, "1", directions));
         }

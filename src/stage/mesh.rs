@@ -150,7 +150,10 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             (None, None) => continue,
         };
         if region.vertices.is_empty() && region.faces.is_empty() {
-            return Err(Error::input(format!("{key}.where"), format!("region '{}' is empty: no vertex and no face meets the condition", table.name)));
+            return Err(Error::input(
+                format!("{key}.where"),
+                format!("region '{}' is empty: no vertex and no face meets the condition", table.name),
+            ));
         }
         mesh.regions.insert(table.name.clone(), region);
     }

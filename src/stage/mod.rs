@@ -77,6 +77,11 @@ impl Job {
         atomic::write(&self.case.join(RECORD), scene::to_toml(&scene).as_bytes())
     }
 
+    /// A time in words: seconds, or in statics the load factor.
+    fn moment(&self, time: f64) -> String {
+        if self.scene.statics.is_some() { format!("load factor {time}") } else { format!("t = {time} s") }
+    }
+
     /// Says something about the progress of a stage.
     fn say(&self, text: &str) {
         if !self.quiet {

@@ -73,7 +73,11 @@ impl<'a> Case<'a> {
         let (setup, _) = setup::load(job)?;
         let folder = Folder::new(&job.case, run_stage::inputs(job)?);
         if !run_stage::is_done(job)? {
-            return Err(Error::Stale { path: job.case.join("run"), message: "the run is not at its end".into(), help: "finish it: thinshell run SCENE".into() });
+            return Err(Error::Stale {
+                path: job.case.join("run"),
+                message: "the run is not at its end".into(),
+                help: "finish it: thinshell run SCENE".into(),
+            });
         }
         let history = History::read(&run_stage::history_path(job))?;
         Ok(Case { job, mesh, setup, folder, history })
@@ -95,7 +99,11 @@ impl<'a> Case<'a> {
             return Ok(0.0);
         }
         self.history.last(column).ok_or_else(|| {
-            Error::input_with_help("report", format!("the history has no column '{column}'"), format!("it has: {}", self.history.columns.join(", ")))
+            Error::input_with_help(
+                "report",
+                format!("the history has no column '{column}'"),
+                format!("it has: {}", self.history.columns.join(", ")),
+            )
         })
     }
 
@@ -103,7 +111,11 @@ impl<'a> Case<'a> {
     fn snapshot(&self, time: Option<f64>) -> Result<Snapshot> {
         let Some(time) = time else {
             let newest = self.folder.newest_valid()?.snapshot;
-            return newest.ok_or_else(|| Error::Stale { path: self.job.case.join("run"), message: "has no checkpoint".into(), help: "make some: thinshell run SCENE".into() });
+            return newest.ok_or_else(|| Error::Stale {
+                path: self.job.case.join("run"),
+                message: "has no checkpoint".into(),
+                help: "make some: thinshell run SCENE".into(),
+            });
         };
         let mut nearest: Option<Snapshot> = None;
         for step in self.folder.list()? {
@@ -152,10 +164,17 @@ impl<'a> Case<'a> {
         }
         let Some(field) = found else {
             let known: Vec<&str> = state.cell_data.iter().chain(&state.point_data).map(|f| f.name.as_str()).collect();
-            return Err(Error::input_with_help("report", format!("there is no field '{name}'"), format!("there are: {}", known.join(", "))));
+            return Err(Error::input_with_help(
+                "report",
+                format!("there is no field '{name}'"),
+                format!("there are: {}", known.join(", ")),
+            ));
         };
         if component >= field.components {
-            return Err(Error::input("report", format!("field '{name}' has {} components, {component} is not among them (they count from 0)", field.components)));
+            return Err(Error::input(
+                "report",
+                format!("field '{name}' has {} components, {component} is not among them (they count from 0)", field.components),
+            ));
         }
         let values: Vec<f64> = field.data.iter().skip(component).step_by(field.components).copied().collect();
         Ok(match statistic {
@@ -193,7 +212,14 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
                     row.director = director.name().to_owned();
                     row.mesh = mesh.map_or_else(|| "own".to_owned(), |m| m.name.clone());
                     row.thickness = *thickness;
-                    log::info!("{} {} h {:e} m, {} faces: error {}", row.director, row.mesh, row.thickness, row.faces, row.error.map_or("none".to_owned(), |e| format!("{e:.3e}")));
+                    log::info!(
+                        "{} {} h {:e} m, {} faces: error {}",
+                        row.director,
+                        row.mesh,
+                        row.thickness,
+                        row.faces,
+                        row.error.map_or("none".to_owned(), |e| format!("{e:.3e}"))
+                    );
                     rows.push(row);
                 }
             }

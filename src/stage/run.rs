@@ -10,8 +10,8 @@ use crate::snapshot::Snapshot;
 use crate::solve::StepControl;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 /// How far, and from where.
@@ -26,8 +26,17 @@ pub struct Options {
 }
 
 /// Columns of the history between `step` and the energies. Counts are totals since the start.
-const COLUMNS: [&str; 9] =
-    ["time_s", "dt_s", "halvings", "newton_iterations", "fallback_iterations", "factorizations", "negative_pivots", "residual", "increment_m"];
+const COLUMNS: [&str; 9] = [
+    "time_s",
+    "dt_s",
+    "halvings",
+    "newton_iterations",
+    "fallback_iterations",
+    "factorizations",
+    "negative_pivots",
+    "residual",
+    "increment_m",
+];
 
 /// The stage.
 ///
@@ -47,7 +56,11 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let mut model = build::model(&job.scene, &mesh, &topology, &setup)?;
     let mut control = step_control(&job.scene);
     let from = newest.as_ref().unwrap_or(&first);
-    model.restore(from).map_err(|e| Error::Stale { path: folder.path(from.step), message: e, help: "remove it, then: thinshell run SCENE".into() })?;
+    model.restore(from).map_err(|e| Error::Stale {
+        path: folder.path(from.step),
+        message: e,
+        help: "remove it, then: thinshell run SCENE".into(),
+    })?;
     if newest.is_some() {
         control.dt = from.dt;
         control.successes = from.number("successes").unwrap_or(0.0) as u32;
@@ -92,19 +105,20 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 history.sync()?;
                 folder.write(&checkpoint(&model, &control), plan.lands || control.interval.is_none())?;
                 let energy: f64 = energies.iter().map(|(_, e)| e).sum();
-                log::debug!("step {}: t = {:.6e} s, dt = {:.3e} s, {} iterations, energy {energy:.6e} J", model.step(), plan.time, plan.dt, solved.iterations);
+                let moment = job.moment((1e9 * plan.time).round() / 1e9);
+                log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), plan.dt, solved.iterations);
                 bar.set_position(bar_position(model.time(), control.end));
-                bar.set_message(format!("t {:.4} s  dt {:.1e} s  {} it  {energy:.3e} J", plan.time, plan.dt, solved.iterations));
+                bar.set_message(format!("{moment}  dt {:.1e}  {} it  {energy:.3e} J", plan.dt, solved.iterations));
                 halvings = 0;
                 clock = Instant::now();
             }
             Err(StepFailure::Equations(reason)) if control.fail(plan.dt) && from + control.dt > from => {
                 halvings += 1;
-                log::warn!("step from t = {from:.6e} s by {:.3e} s failed: {reason}; trying {:.3e} s", plan.dt, control.dt);
+                log::warn!("the step from {} by {:.3e} failed: {reason}; trying {:.3e}", job.moment(from), plan.dt, control.dt);
             }
             Err(failure) => {
                 bar.abandon();
-                return Err(give_up(failure, from, &folder, model.step()));
+                return Err(give_up(failure, &job.moment(from), &folder, model.step()));
             }
         }
     }
@@ -112,13 +126,16 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     match signals.number() {
         0 => {}
         number => {
-            job.say(&place("stopped", &model, &folder));
+            job.say(&place("stopped at", job, &model, &folder));
             return Err(Error::Interrupted(number));
         }
     }
     let counters = model.counters();
-    job.say(&place("at", &model, &folder));
-    job.say(&format!("{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s", counters.newton_iterations, counters.fallback_iterations, counters.factorizations));
+    job.say(&place("at", job, &model, &folder));
+    job.say(&format!(
+        "{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s",
+        counters.newton_iterations, counters.fallback_iterations, counters.factorizations
+    ));
     Ok(())
 }
 
@@ -130,7 +147,8 @@ pub fn history_path(job: &Job) -> PathBuf {
 /// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end and the output times may change.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver)).map_err(|e| Error::input("scene", e.to_string()))?;
+    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver))
+        .map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
 
@@ -162,7 +180,7 @@ fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     let newest = progress(job)?;
     newest.warnings.iter().for_each(|w| log::warn!("{w}"));
     match &newest.snapshot {
-        Some(s) => job.say(&format!("going on from {} (t = {} s)", folder.path(s.step).display(), s.time)),
+        Some(s) => job.say(&format!("going on from {} ({})", folder.path(s.step).display(), job.moment(s.time))),
         None if newest.warnings.is_empty() => {}
         None => job.say("no checkpoint is whole; starting from the setup"),
     }
@@ -239,16 +257,16 @@ fn progress_bar(quiet: bool, end: f64) -> ProgressBar {
     bar
 }
 
-fn place(verb: &str, model: &ShellModel, folder: &Folder) -> String {
-    format!("{verb} t = {} s after {} steps: {}", model.time(), model.step(), folder.path(model.step()).display())
+fn place(verb: &str, job: &Job, model: &ShellModel, folder: &Folder) -> String {
+    format!("{verb} {} after {} steps: {}", job.moment(model.time()), model.step(), folder.path(model.step()).display())
 }
 
 /// The error of a step that no halving mends.
-fn give_up(failure: StepFailure, time: f64, folder: &Folder, step: u64) -> Error {
+fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Error {
     let kept = format!("the last good state is in {}", folder.path(step).display());
     match failure {
         StepFailure::Equations(reason) => Error::Numerical {
-            message: format!("the step from t = {time:.6e} s failed at its smallest size: {reason}"),
+            message: format!("the step from {from} failed at its smallest size: {reason}"),
             help: Some(format!("more load steps or a smaller dt, viscosity, or a look at the last state may help; {kept}")),
         },
         StepFailure::Mechanism(unknown) => Error::Numerical {

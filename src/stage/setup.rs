@@ -68,7 +68,8 @@ pub fn path(job: &Job) -> PathBuf {
 /// Hash of what the stage's file is made from: the mesh and the tables it reads.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let tables = serde_json::to_string(&(&s.shell, &s.rest, &s.gravity, &s.pins, s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity)));
+    let tables =
+        serde_json::to_string(&(&s.shell, &s.rest, &s.gravity, &s.pins, s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity)));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
@@ -165,7 +166,13 @@ fn set_supports(setup: &mut Setup, scene: &Scene, mesh: &Mesh, topology: &Topolo
                 let mover = build::pin_motion(scene, i, axis).map(|_| i);
                 match held.insert(3 * v + axis, mover) {
                     Some(before) if before.is_some() || mover.is_some() => {
-                        return Err(Error::input(key, format!("coordinate {} of vertex {v} is held by another pin too, and one of them moves it", ["x", "y", "z"][axis])));
+                        return Err(Error::input(
+                            key,
+                            format!(
+                                "coordinate {} of vertex {v} is held by another pin too, and one of them moves it",
+                                ["x", "y", "z"][axis]
+                            ),
+                        ));
                     }
                     _ => {}
                 }
@@ -173,13 +180,17 @@ fn set_supports(setup: &mut Setup, scene: &Scene, mesh: &Mesh, topology: &Topolo
         }
         let Some(support) = &pin.director else { continue };
         if region.edges.is_empty() {
-            return Err(Error::input(format!("{key}.director"), format!("region '{}' has no edges whose directors could be held", pin.region)));
+            return Err(Error::input(
+                format!("{key}.director"),
+                format!("region '{}' has no edges whose directors could be held", pin.region),
+            ));
         }
         for pair in &region.edges {
             let Some(&e) = edge_of.get(pair) else { continue };
             let direction = match support {
                 PinDirector::Clamped => directors[e],
-                PinDirector::Symmetry(normal) => in_plane_normal(mesh, pair, Vector3::from(*normal), &directors[e]).map_err(|m| Error::input(format!("{key}.director"), m))?,
+                PinDirector::Symmetry(normal) => in_plane_normal(mesh, pair, Vector3::from(*normal), &directors[e])
+                    .map_err(|m| Error::input(format!("{key}.director"), m))?,
             };
             held_directors.insert(e, direction);
             if has_angles {
@@ -196,7 +207,10 @@ fn set_supports(setup: &mut Setup, scene: &Scene, mesh: &Mesh, topology: &Topolo
 fn in_plane_normal(mesh: &Mesh, [a, b]: &[usize; 2], normal: Vector3<f64>, director: &Vector3<f64>) -> Result<Vector3<f64>, String> {
     let (normal, t) = (normal.normalize(), (mesh.vertices[*b] - mesh.vertices[*a]).normalize());
     if t.dot(&normal).abs() > 1e-6 {
-        return Err(format!("the edge from vertex {a} to vertex {b} does not lie in the plane of symmetry with normal ({}, {}, {})", normal.x, normal.y, normal.z));
+        return Err(format!(
+            "the edge from vertex {a} to vertex {b} does not lie in the plane of symmetry with normal ({}, {}, {})",
+            normal.x, normal.y, normal.z
+        ));
     }
     let p = normal.cross(&t);
     let side = p.dot(director);
@@ -222,7 +236,9 @@ fn set_direction(table: &Direction, mesh: &Mesh) -> Result<Vec<[f64; 2]>> {
 }
 
 fn rows(forms: &[Forms]) -> Array {
-    Array::rows(forms.iter().flat_map(|f| f.a.into_iter().chain(f.b)).collect(), 6).with("unit", "m2 m2 m2 m m m").with("components", "a11 a12 a22 b11 b12 b22")
+    Array::rows(forms.iter().flat_map(|f| f.a.into_iter().chain(f.b)).collect(), 6)
+        .with("unit", "m2 m2 m2 m m m")
+        .with("components", "a11 a12 a22 b11 b12 b22")
 }
 
 impl Setup {
@@ -231,7 +247,10 @@ impl Setup {
         archive.numbers.insert("free_unknowns".into(), self.free_unknowns as f64);
         let mut put = |name: &str, array| archive.arrays.insert(name.into(), array);
         let material = self.materials.iter().flat_map(|m| [m.thickness, m.youngs_modulus, m.poissons_ratio]).collect();
-        put("material", Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"));
+        put(
+            "material",
+            Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"),
+        );
         put("initial_forms", rows(&self.initial_forms));
         put("rest_forms", rows(&self.rest_forms));
         if !self.densities.is_empty() {
@@ -241,11 +260,18 @@ impl Setup {
             put("machine_direction", Array::rows(d.iter().flatten().copied().collect(), 2).with("unit", "1").with("basis", "barycentric"));
         }
         if !self.held.is_empty() {
-            put("held_unknowns", Array::indices(self.held.iter().flat_map(|h| [h.unknown, h.pin.map_or(0, |p| p + 1)]), 2).with("components", "unknown, number of the pin that moves it or 0"));
+            put(
+                "held_unknowns",
+                Array::indices(self.held.iter().flat_map(|h| [h.unknown, h.pin.map_or(0, |p| p + 1)]), 2)
+                    .with("components", "unknown, number of the pin that moves it or 0"),
+            );
         }
         if !self.held_directors.is_empty() {
             put("held_director_edges", Array::indices(self.held_directors.iter().map(|(e, _)| *e), 1));
-            put("held_directors", Array::rows(self.held_directors.iter().flat_map(|(_, p)| [p.x, p.y, p.z]).collect(), 3).with("unit", "1"));
+            put(
+                "held_directors",
+                Array::rows(self.held_directors.iter().flat_map(|(_, p)| [p.x, p.y, p.z]).collect(), 3).with("unit", "1"),
+            );
         }
         archive
     }
@@ -263,7 +289,10 @@ impl Setup {
         let optional = |name: &str| if archive.arrays.contains_key(name) { real(name).map(Some) } else { Ok(None) };
         let directors = optional("held_directors")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
         Ok(Setup {
-            materials: real("material")?.chunks_exact(3).map(|m| Material { thickness: m[0], youngs_modulus: m[1], poissons_ratio: m[2] }).collect(),
+            materials: real("material")?
+                .chunks_exact(3)
+                .map(|m| Material { thickness: m[0], youngs_modulus: m[1], poissons_ratio: m[2] })
+                .collect(),
             densities: optional("density")?.unwrap_or(&[]).to_vec(),
             initial_forms: forms("initial_forms")?,
             rest_forms: forms("rest_forms")?,

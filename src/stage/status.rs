@@ -32,8 +32,8 @@ pub fn run(job: &Job) -> Result<()> {
     };
     let run = match &newest {
         None => "missing".to_owned(),
-        Some(s) if run_stage::is_done(job)? => format!("done: {} steps to t = {} s", s.step, s.time),
-        Some(s) => format!("unfinished: {} steps to t = {} s", s.step, s.time),
+        Some(s) if run_stage::is_done(job)? => format!("done: {} steps to {}", s.step, job.moment(s.time)),
+        Some(s) => format!("unfinished: {} steps to {}", s.step, job.moment(s.time)),
     };
     let age = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
     let run_age = newest.as_ref().and_then(|s| age(&folder.path(s.step)));

@@ -6,7 +6,7 @@ use crate::mesh::{Mesh, Region, Stars};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Smallest area that jitter leaves a face, as a fraction of its area without.
 const JITTER_MIN_AREA: f64 = 0.05;
@@ -21,8 +21,8 @@ struct Grid {
 
 impl Grid {
     fn check(&self, place: &str, low: [usize; 2]) -> Result<()> {
-        for k in 0..2 {
-            check_count(place, self.cells[k], low[k], super::MAX_FACES)?;
+        for (cells, low) in self.cells.into_iter().zip(low) {
+            check_count(place, cells, low, super::MAX_FACES)?;
         }
         let per_cell = if self.pattern == Pattern::CrissCross { 4.0 } else { 2.0 };
         check_faces(place, per_cell * self.cells[0] as f64 * self.cells[1] as f64)
@@ -89,8 +89,8 @@ pub fn rectangle(size: [f64; 2], cells: [usize; 2], pattern: Pattern, jitter: f6
         return Err(Error::input("mesh.rectangle.jitter", format!("{jitter} is out of range: expected 0 to 0.45")));
     }
     let [nx, ny] = cells.map(|n| n as f64);
-    // Multiply before dividing: the far sides lie at exactly `size`.
-    let mut mesh = grid.build(|i, j| Vector3::new(size[0] * i / nx, size[1] * j / ny, 0.0));
+    // Divide before multiplying: the far sides lie at exactly `size`.
+    let mut mesh = grid.build(|i, j| Vector3::new(size[0] * (i / nx), size[1] * (j / ny), 0.0));
     let sides = [("left", grid.at_i(0)), ("right", grid.at_i(cells[0])), ("bottom", grid.at_j(0)), ("top", grid.at_j(cells[1]))];
     let boundary = sides.iter().fold(Region::default(), |all, (_, side)| all.union(side));
     if jitter > 0.0 {
@@ -137,7 +137,9 @@ pub fn annulus(radii: [f64; 2], cells: [usize; 2], slit: bool, pattern: Pattern)
     grid.check("mesh.annulus.cells", [1, 3])?;
     let mut mesh = grid.build(|i, j| {
         let t = i / cells[0] as f64;
-        let r = radii[0] * (1.0 - t) + radii[1] * t;
+        // The centre of a cell lies on its chords, or wide cells would not hold it.
+        let chord = if j.fract() == 0.0 { 1.0 } else { (PI / cells[1] as f64).cos() };
+        let r = chord * (radii[0] * (1.0 - t) + radii[1] * t);
         let (sin, cos) = turn(j, cells[1]).sin_cos();
         Vector3::new(r * cos, r * sin, 0.0)
     });
@@ -170,7 +172,7 @@ pub fn cylinder(radius: f64, length: f64, angle: f64, cells: [usize; 2], pattern
     grid.check("mesh.cylinder.cells", if closed { [3, 1] } else { [1, 1] })?;
     let mut mesh = grid.build(|i, j| {
         let (sin, cos) = (angle.to_radians() * i / cells[0] as f64).sin_cos();
-        Vector3::new(radius * cos, radius * sin, length * j / cells[1] as f64)
+        Vector3::new(radius * cos, radius * sin, length * (j / cells[1] as f64))
     });
     // One open cell across half a turn or more would be a flat face through the axis, or beyond it.
     if angle / cells[0] as f64 >= 180.0 {

@@ -1,0 +1,93 @@
+//! Cost of assembling energy, gradient and Hessian into the fixed pattern, per face and on one thread.
+//!
+//! Times depend on the machine, so each is also given as the number of dense operations (f64 matrix products of faer) that the same
+//! machine does meanwhile: "dense-equivalent kflop". Rounds alternate between the two and the best of each counts, which makes the ratio
+//! robust against a busy machine. `cargo bench --bench assembly` prints the table.
+
+use faer::{Accum, Mat, Par, linalg::matmul::matmul};
+use nalgebra::Vector3;
+use std::hint::black_box;
+use std::time::Instant;
+use thinshell::mesh::generate::{Pattern as Cells, rectangle};
+use thinshell::mesh::{Mesh, Topology};
+use thinshell::shell::rest::Forms;
+use thinshell::shell::{Director, Koiter, LinearAverage, LinearFree, Material, Measure, QuadraticFree, Shell};
+use thinshell::sparse::{Curvature, Numbering, Pattern, System};
+
+/// Rounds of which the best counts.
+const ROUNDS: usize = 15;
+/// Rows of the square matrices of the dense product.
+const DENSE: usize = 512;
+
+/// A shell bound to its matrix, at a state away from rest.
+struct Case {
+    name: &'static str,
+    shell: Box<dyn Shell>,
+    x: Vec<f64>,
+    system: System,
+    best: f64,
+}
+
+impl Case {
+    fn new(name: &'static str, mut shell: Box<dyn Shell>, nodes: &[Vector3<f64>]) -> Self {
+        let unknowns = shell.unknowns();
+        let mut x: Vec<f64> = nodes.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+        x.resize(unknowns, 0.0);
+        let rest: Vec<Forms> = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [0.0; 3] }).collect();
+        shell.set_rest(&rest);
+        x.iter_mut().enumerate().for_each(|(i, x)| *x += 1e-3 * (i as f64).sin());
+        let numbering = Numbering::new(&vec![false; unknowns]);
+        let pattern = Pattern::new(&numbering, &mut |visit| shell.stencils(visit)).expect("a pattern within 2^32 entries");
+        shell.bind(&numbering, &pattern);
+        shell.restart(&x);
+        Case { name, shell, x, system: System::new(&pattern), best: f64::INFINITY }
+    }
+
+    fn round(&mut self) {
+        self.system.clear();
+        let start = Instant::now();
+        black_box(self.shell.assemble(&self.x, Curvature::Mixed, &mut self.system));
+        self.best = self.best.min(start.elapsed().as_secs_f64());
+    }
+}
+
+fn square(cells: usize) -> (Mesh, Topology, Vec<Director>, Vec<Material>) {
+    let mesh = rectangle([1.0, 1.0], [cells, cells], Cells::Diagonal, 0.25, 1).expect("a valid rectangle");
+    let topology = Topology::new(&mesh.faces);
+    let free = vec![Director::Free; topology.edges.len()];
+    let materials = vec![Material { thickness: 1e-3, youngs_modulus: 1e9, poissons_ratio: 0.3 }; mesh.faces.len()];
+    (mesh, topology, free, materials)
+}
+
+fn main() {
+    let (mesh, topology, free, materials) = square(100);
+    let tan = LinearFree::new(&mesh, &topology, Measure::Tan, &free);
+    let average = LinearAverage::new(&mesh, &topology, &free);
+    let mut cases = vec![
+        Case::new("linear free-tan", Box::new(Koiter::new(tan, materials.clone(), None)), &mesh.vertices),
+        Case::new("linear average", Box::new(Koiter::new(average, materials, None)), &mesh.vertices),
+    ];
+    let (mesh, topology, free, materials) = square(50);
+    let midpoints: Vec<_> = topology.edges.iter().map(|[a, b]| 0.5 * (mesh.vertices[*a] + mesh.vertices[*b])).collect();
+    let element = QuadraticFree::new(&mesh, &topology, &midpoints, Measure::Tan, &free);
+    let nodes = [mesh.vertices, midpoints].concat();
+    cases.push(Case::new("quadratic free-tan", Box::new(Koiter::new(element, materials, None)), &nodes));
+
+    let a = Mat::from_fn(DENSE, DENSE, |i, j| ((i + 2 * j) as f64).sin());
+    let mut c = Mat::<f64>::zeros(DENSE, DENSE);
+    let mut dense = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        matmul(c.as_mut(), Accum::Replace, a.as_ref(), a.as_ref(), 1.0, Par::Seq);
+        black_box(&c);
+        dense = dense.min(start.elapsed().as_secs_f64());
+        cases.iter_mut().for_each(Case::round);
+    }
+    let rate = 2.0 * (DENSE as f64).powi(3) / dense;
+    println!("dense product: {:.1} Gflop/s", rate * 1e-9);
+    println!("{:<20} {:>8} {:>12} {:>24}", "element", "faces", "us per face", "dense-equivalent kflop");
+    for case in &cases {
+        let time = case.best / case.shell.faces() as f64;
+        println!("{:<20} {:>8} {:>12.3} {:>24.1}", case.name, case.shell.faces(), time * 1e6, time * rate * 1e-3);
+    }
+}

@@ -1,0 +1,459 @@
+//! Gmsh `.msh`, versions 2.2 and 4.1, text and binary, with physical groups as regions.
+//!
+//! Format: the Gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)". Triangles, lines and points
+//! only. A group of points gives vertices; of lines, edges and their vertices; of triangles, faces with vertices and edges.
+
+use super::{Fault, Soup};
+use crate::mesh::Region;
+use std::collections::{BTreeMap, HashMap};
+
+const POINT: i64 = 15;
+const LINE: i64 = 1;
+const TRIANGLE: i64 = 2;
+
+pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
+    let mut file = File { input: Input { bytes, at: 0, coding: Coding::Text }, ..File::default() };
+    while let Some(section) = file.input.next_section() {
+        let at = file.input.at;
+        match section.as_str() {
+            "MeshFormat" => file.format()?,
+            "PhysicalNames" => file.names()?,
+            "Entities" if file.version == Version::V4 => file.entities()?,
+            "Nodes" | "Elements" if file.version == Version::Unknown => {
+                return Err(file.input.fault("the section MeshFormat is missing"));
+            }
+            "Nodes" => file.nodes()?,
+            "Elements" => file.elements()?,
+            "ParametricNodes" | "Parametrizations" | "PartitionedEntities" => {
+                file.soup.warnings.push(format!("section {section} is left out"));
+            }
+            _ => {}
+        }
+        let end = format!("$End{section}");
+        if !file.input.skip_past(end.as_bytes()) {
+            file.input.at = at;
+            return Err(file.input.fault(format!("`{end}` is missing: the file is truncated")));
+        }
+    }
+    if file.version == Version::Unknown {
+        return Err(Fault::new("not a Gmsh file: the section MeshFormat is missing"));
+    }
+    file.regions();
+    Ok(file.soup)
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Version {
+    #[default]
+    Unknown,
+    V2,
+    V4,
+}
+
+/// A physical group: dimension and tag.
+type Group = (i64, i64);
+
+#[derive(Default)]
+struct File<'a> {
+    input: Input<'a>,
+    version: Version,
+    names: BTreeMap<Group, String>,
+    /// Groups of each entity (dimension, tag); version 4 only.
+    entities: HashMap<(i64, i64), Vec<Group>>,
+    /// Vertex index of each node tag.
+    node: HashMap<u64, usize>,
+    /// First face on three vertices and the groups it came with: version 2 repeats an element for every further group.
+    face: HashMap<[usize; 3], (usize, Vec<Group>)>,
+    groups: BTreeMap<Group, Parts>,
+    soup: Soup,
+}
+
+#[derive(Default)]
+struct Parts {
+    vertices: Vec<usize>,
+    edges: Vec<[usize; 2]>,
+    faces: Vec<usize>,
+}
+
+impl File<'_> {
+    fn format(&mut self) -> Result<(), Fault> {
+        let version = self.input.word()?;
+        self.version = match version.as_str() {
+            "2.2" | "2.1" | "2" | "2.0" => Version::V2,
+            "4.1" => Version::V4,
+            _ => return Err(self.input.fault(format!("version `{version}` is not supported: save as 4.1 or 2.2"))),
+        };
+        let binary = self.input.word()?;
+        let size = self.input.word()?;
+        if binary == "0" {
+            return Ok(());
+        }
+        if binary != "1" || size != "8" {
+            return Err(self.input.fault(format!("file type `{binary}` with data size `{size}` is not supported")));
+        }
+        self.input.end_line();
+        self.input.coding = Coding::LittleEndian;
+        let one = self.input.int()?;
+        if one == 1 {
+            return Ok(());
+        }
+        if one == i64::from(1i32.swap_bytes()) {
+            self.input.coding = Coding::BigEndian;
+            return Ok(());
+        }
+        Err(self.input.fault("the byte order is not recognised"))
+    }
+
+    /// Text in every kind of file: `dimension tag "name"`.
+    fn names(&mut self) -> Result<(), Fault> {
+        let coding = std::mem::replace(&mut self.input.coding, Coding::Text);
+        for _ in 0..self.input.count("names")? {
+            let group = (self.input.int()?, self.input.int()?);
+            let name = self.input.quoted()?;
+            self.names.insert(group, name);
+        }
+        self.input.coding = coding;
+        Ok(())
+    }
+
+    fn entities(&mut self) -> Result<(), Fault> {
+        self.input.end_line();
+        let counts =
+            [self.input.count("points")?, self.input.count("curves")?, self.input.count("surfaces")?, self.input.count("volumes")?];
+        for (dimension, count) in counts.into_iter().enumerate() {
+            let dimension = dimension as i64;
+            for _ in 0..count {
+                let tag = self.input.int()?;
+                for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                    self.input.real()?;
+                }
+                let mut groups = Vec::new();
+                for _ in 0..self.input.count("physical groups")? {
+                    // A negative tag asks for the opposite orientation, which is no part of a group here.
+                    groups.push((dimension, self.input.int()?.abs()));
+                }
+                if dimension > 0 {
+                    for _ in 0..self.input.count("bounding entities")? {
+                        self.input.int()?;
+                    }
+                }
+                self.entities.insert((dimension, tag), groups);
+            }
+        }
+        Ok(())
+    }
+
+    fn nodes(&mut self) -> Result<(), Fault> {
+        self.input.end_line();
+        if self.version == Version::V2 {
+            for _ in 0..self.input.text_count("nodes")? {
+                let tag = self.input.int()? as u64;
+                let position = [self.input.real()?, self.input.real()?, self.input.real()?];
+                self.add_node(tag, position)?;
+            }
+            return Ok(());
+        }
+        let blocks = self.input.count("blocks of nodes")?;
+        for _ in 0..3 {
+            self.input.size()?;
+        }
+        for _ in 0..blocks {
+            let dimension = self.input.int()?;
+            self.input.int()?;
+            let parametric = self.input.int()? != 0;
+            let count = self.input.count("nodes")?;
+            let mut tags = Vec::new();
+            for _ in 0..count {
+                tags.push(self.input.size()?);
+            }
+            for tag in tags {
+                let position = [self.input.real()?, self.input.real()?, self.input.real()?];
+                for _ in 0..if parametric { dimension.clamp(0, 3) } else { 0 } {
+                    self.input.real()?;
+                }
+                self.add_node(tag, position)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn add_node(&mut self, tag: u64, position: [f64; 3]) -> Result<(), Fault> {
+        if position.iter().any(|x| !x.is_finite()) {
+            return Err(self.input.fault(format!("node {tag} has a coordinate that is not finite")));
+        }
+        if self.node.insert(tag, self.soup.mesh.vertices.len()).is_some() {
+            return Err(self.input.fault(format!("node {tag} occurs twice")));
+        }
+        self.soup.vertex(position);
+        Ok(())
+    }
+
+    fn elements(&mut self) -> Result<(), Fault> {
+        self.input.end_line();
+        match (self.version, self.input.coding) {
+            (Version::V4, _) => self.elements_v4(),
+            (_, Coding::Text) => {
+                for _ in 0..self.input.count("elements")? {
+                    let (tag, kind, tags) = (self.input.int()? as u64, self.input.int()?, self.input.int()?);
+                    let groups = self.groups_v2(kind, tags)?;
+                    self.add_element(tag, kind, &groups)?;
+                }
+                Ok(())
+            }
+            _ => {
+                let mut left = self.input.text_count("elements")?;
+                while left > 0 {
+                    let (kind, count, tags) = (self.input.int()?, self.input.int()?, self.input.int()?);
+                    if count < 1 || count as u64 > left {
+                        return Err(self.input.fault(format!("a block announces {count} elements where {left} are left")));
+                    }
+                    for _ in 0..count {
+                        let tag = self.input.int()? as u64;
+                        let groups = self.groups_v2(kind, tags)?;
+                        self.add_element(tag, kind, &groups)?;
+                    }
+                    left -= count as u64;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The tags of an element of version 2: the first is its physical group, 0 for none.
+    fn groups_v2(&mut self, kind: i64, tags: i64) -> Result<Vec<Group>, Fault> {
+        let mut groups = Vec::new();
+        for k in 0..tags {
+            let tag = self.input.int()?.abs();
+            if k == 0 && tag != 0 {
+                groups.push((dimension(kind), tag));
+            }
+        }
+        Ok(groups)
+    }
+
+    fn elements_v4(&mut self) -> Result<(), Fault> {
+        let blocks = self.input.count("blocks of elements")?;
+        for _ in 0..3 {
+            self.input.size()?;
+        }
+        for _ in 0..blocks {
+            let entity = (self.input.int()?, self.input.int()?);
+            let kind = self.input.int()?;
+            let groups = self.entities.get(&entity).cloned().unwrap_or_default();
+            for _ in 0..self.input.count("elements")? {
+                let tag = self.input.size()?;
+                self.add_element(tag, kind, &groups)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the nodes of an element and puts it into its groups.
+    fn add_element(&mut self, tag: u64, kind: i64, groups: &[Group]) -> Result<(), Fault> {
+        let mut corners = [0; 3];
+        let count = match kind {
+            POINT => 1,
+            LINE => 2,
+            TRIANGLE => 3,
+            _ => {
+                let name = kind_name(kind);
+                return Err(self
+                    .input
+                    .fault(format!("element {tag} is a {name} (type {kind}), which is not supported: expected triangles")));
+            }
+        };
+        for corner in &mut corners[..count] {
+            let node = if self.version == Version::V4 { self.input.size()? } else { self.input.int()? as u64 };
+            let known = self.node.get(&node).copied();
+            *corner = known.ok_or_else(|| self.input.fault(format!("element {tag} names node {node}, which does not exist")))?;
+        }
+        let mut face = None;
+        if kind == TRIANGLE {
+            let next = self.soup.mesh.faces.len();
+            let (first, with) = self.face.entry(corners).or_insert_with(|| (next, Vec::new()));
+            let repeated = *first < next && !groups.is_empty() && groups.iter().all(|g| !with.contains(g));
+            with.extend_from_slice(groups);
+            if repeated {
+                face = Some(*first);
+            } else {
+                self.soup.mesh.faces.push(corners);
+                face = Some(next);
+            }
+        }
+        for group in groups {
+            let parts = self.groups.entry(*group).or_default();
+            parts.vertices.extend_from_slice(&corners[..count]);
+            parts.edges.extend((kind == LINE).then_some([corners[0], corners[1]]));
+            parts.faces.extend(face);
+        }
+        Ok(())
+    }
+
+    fn regions(&mut self) {
+        for ((dimension, tag), parts) in std::mem::take(&mut self.groups) {
+            let name = self.names.get(&(dimension, tag)).cloned().unwrap_or_else(|| format!("physical-{dimension}-{tag}"));
+            if parts.faces.is_empty() {
+                self.soup.group(&name, &Region::new(parts.vertices, parts.edges, []));
+            } else {
+                self.soup.group_faces(&name, parts.faces);
+            }
+        }
+    }
+}
+
+fn dimension(kind: i64) -> i64 {
+    match kind {
+        POINT => 0,
+        LINE => 1,
+        _ => 2,
+    }
+}
+
+fn kind_name(kind: i64) -> &'static str {
+    match kind {
+        3 => "quadrangle",
+        4 => "tetrahedron",
+        5 => "hexahedron",
+        6 => "prism",
+        7 => "pyramid",
+        8 => "second-order line",
+        9 => "second-order triangle",
+        10 | 16 => "second-order quadrangle",
+        11 => "second-order tetrahedron",
+        20 | 21 => "third-order triangle",
+        _ => "cell of another kind",
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Coding {
+    #[default]
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// The file's bytes and how far they are read.
+#[derive(Default)]
+struct Input<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    coding: Coding,
+}
+
+impl Input<'_> {
+    fn fault(&self, message: impl Into<String>) -> Fault {
+        let at = match self.coding {
+            Coding::Text => format!("line {}", self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count() + 1),
+            _ => format!("byte {}", self.at),
+        };
+        Fault { at: Some(at), message: message.into() }
+    }
+
+    /// Goes past the next line that starts with `$` and returns the rest of it; `None` at the end of the file.
+    fn next_section(&mut self) -> Option<String> {
+        while self.at < self.bytes.len() {
+            let line = self.bytes[self.at..].split(|&b| b == b'\n').next().unwrap_or(&[]);
+            if let [b'$', name @ ..] = line {
+                self.at += line.len();
+                return Some(String::from_utf8_lossy(name).trim().to_string());
+            }
+            self.at += line.len() + 1;
+        }
+        self.at = self.bytes.len();
+        None
+    }
+
+    /// Goes past the next occurrence of a text; stays if there is none.
+    fn skip_past(&mut self, text: &[u8]) -> bool {
+        let found = self.bytes[self.at..].windows(text.len()).position(|w| w == text);
+        if let Some(k) = found {
+            self.at += k + text.len();
+            self.end_line();
+        }
+        found.is_some()
+    }
+
+    /// Goes past blanks up to and with the end of the line.
+    fn end_line(&mut self) {
+        while let Some(b) = self.bytes.get(self.at).filter(|b| b.is_ascii_whitespace()) {
+            self.at += 1;
+            if *b == b'\n' {
+                break;
+            }
+        }
+    }
+
+    fn word(&mut self) -> Result<String, Fault> {
+        while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        if length == 0 {
+            return Err(self.fault("the file ends too early"));
+        }
+        self.at += length;
+        Ok(String::from_utf8_lossy(&rest[..length]).into_owned())
+    }
+
+    fn number<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, Fault> {
+        let word = self.word()?;
+        word.parse().map_err(|_| self.fault(format!("`{word}` is not {expected}")))
+    }
+
+    /// A text in double quotes, on one line.
+    fn quoted(&mut self) -> Result<String, Fault> {
+        let line = self.bytes[self.at..].split(|&b| b == b'\n').next().unwrap_or(&[]);
+        let quotes: Vec<usize> = (0..line.len()).filter(|&k| line[k] == b'"').collect();
+        let (Some(first), Some(last)) = (quotes.first(), quotes.last()) else {
+            return Err(self.fault("expected a name in double quotes"));
+        };
+        let name = String::from_utf8_lossy(line.get(first + 1..*last).unwrap_or(&[])).into_owned();
+        self.at += line.len();
+        if name.is_empty() { Err(self.fault("expected a name in double quotes")) } else { Ok(name) }
+    }
+
+    fn raw<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let Some(raw) = self.bytes[self.at..].first_chunk::<N>() else { return Err(self.fault("the file ends too early")) };
+        self.at += N;
+        let mut raw = *raw;
+        if self.coding == Coding::BigEndian {
+            raw.reverse();
+        }
+        Ok(raw)
+    }
+
+    /// A 4-byte integer.
+    fn int(&mut self) -> Result<i64, Fault> {
+        if self.coding == Coding::Text { self.number("a whole number") } else { Ok(i32::from_le_bytes(self.raw()?).into()) }
+    }
+
+    /// An 8-byte integer without sign.
+    fn size(&mut self) -> Result<u64, Fault> {
+        if self.coding == Coding::Text { self.number("a whole number") } else { Ok(u64::from_le_bytes(self.raw()?)) }
+    }
+
+    fn real(&mut self) -> Result<f64, Fault> {
+        if self.coding == Coding::Text { self.number("a number") } else { Ok(f64::from_le_bytes(self.raw()?)) }
+    }
+
+    /// A count of things of at least one byte each.
+    fn count(&mut self, what: &str) -> Result<u64, Fault> {
+        let count = self.size()?;
+        let left = self.bytes.len() - self.at;
+        if count > left as u64 {
+            return Err(self.fault(format!("{count} {what} are announced, but only {left} bytes follow")));
+        }
+        Ok(count)
+    }
+
+    /// A count that is text in binary files too, alone on its line.
+    fn text_count(&mut self, what: &str) -> Result<u64, Fault> {
+        let coding = std::mem::replace(&mut self.coding, Coding::Text);
+        let count = self.count(what)?;
+        self.coding = coding;
+        self.end_line();
+        Ok(count)
+    }
+}

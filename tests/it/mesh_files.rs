@@ -1,0 +1,267 @@
+//! Mesh files of every kind, written in memory for the tests of the readers.
+
+use std::fmt::Write as _;
+use thinshell::mesh::Mesh;
+use thinshell::mesh::generate::{Pattern, rectangle};
+use vtkio::model::{Attributes, ByteOrder, CellType, Cells, DataSet, PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk};
+
+/// A small curved mesh whose coordinates single precision holds exactly, without regions.
+pub fn sample() -> Mesh {
+    let mut mesh = rectangle([3.0, 2.0], [6, 4], Pattern::Alternating, 0.0, 0).unwrap();
+    mesh.vertices.iter_mut().for_each(|p| p.z = p.x * p.y);
+    mesh.regions.clear();
+    mesh
+}
+
+/// Every kind of file: extension and bytes.
+pub fn all(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
+    vec![
+        ("obj", obj(mesh)),
+        ("ply", ply(mesh, "ascii")),
+        ("ply", ply(mesh, "binary_little_endian")),
+        ("ply", ply(mesh, "binary_big_endian")),
+        ("stl", stl_text(mesh)),
+        ("stl", stl_binary(mesh)),
+        ("vtk", vtk_legacy(mesh, true)),
+        ("vtk", vtk_legacy(mesh, false)),
+        ("vtu", vtk_xml(grid(mesh))),
+        ("vtp", vtk_xml(poly_data(mesh))),
+        ("msh", Gmsh { version: 2, binary: false }.write(mesh)),
+        ("msh", Gmsh { version: 2, binary: true }.write(mesh)),
+        ("msh", Gmsh { version: 4, binary: false }.write(mesh)),
+        ("msh", Gmsh { version: 4, binary: true }.write(mesh)),
+    ]
+}
+
+pub fn obj(mesh: &Mesh) -> Vec<u8> {
+    let mut text = String::from("# comment\n");
+    mesh.vertices.iter().for_each(|p| writeln!(text, "v {} {} {}", p.x, p.y, p.z).unwrap());
+    text += "g skin\n";
+    for (f, [a, b, c]) in mesh.faces.iter().enumerate() {
+        // Both ways to count.
+        let n = mesh.vertices.len();
+        if f % 2 == 0 {
+            writeln!(text, "f {}/1/1 {}//2 {}", a + 1, b + 1, c + 1).unwrap();
+        } else {
+            writeln!(text, "f -{} -{} -{}", n - a, n - b, n - c).unwrap();
+        }
+    }
+    text.into_bytes()
+}
+
+pub fn ply(mesh: &Mesh, format: &str) -> Vec<u8> {
+    let mut file = format!(
+        "ply\nformat {format} 1.0\ncomment test\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         property uchar red\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        mesh.vertices.len(),
+        mesh.faces.len()
+    )
+    .into_bytes();
+    let big = format.ends_with("big_endian");
+    let mut put = |mut little: Vec<u8>| {
+        if big {
+            little.reverse();
+        }
+        file.extend(little);
+    };
+    if format == "ascii" {
+        let mut text = String::new();
+        mesh.vertices.iter().for_each(|p| writeln!(text, "{} {} {} 7", p.x, p.y, p.z).unwrap());
+        mesh.faces.iter().for_each(|f| writeln!(text, "3 {} {} {}", f[0], f[1], f[2]).unwrap());
+        file.extend(text.into_bytes());
+        return file;
+    }
+    for p in &mesh.vertices {
+        p.iter().for_each(|x| put(x.to_le_bytes().to_vec()));
+        put(vec![7]);
+    }
+    for face in &mesh.faces {
+        put(vec![3]);
+        face.iter().for_each(|&v| put((v as i32).to_le_bytes().to_vec()));
+    }
+    file
+}
+
+pub fn stl_text(mesh: &Mesh) -> Vec<u8> {
+    let mut text = String::from("solid\n");
+    for face in &mesh.faces {
+        text += "facet normal 0 0 1\nouter loop\n";
+        face.map(|v| mesh.vertices[v]).iter().for_each(|p| writeln!(text, "vertex {} {} {}", p.x, p.y, p.z).unwrap());
+        text += "endloop\nendfacet\n";
+    }
+    (text + "endsolid\n").into_bytes()
+}
+
+/// Starts with `solid`, as files of some programs do though they are binary.
+pub fn stl_binary(mesh: &Mesh) -> Vec<u8> {
+    let mut file = b"solid but binary".to_vec();
+    file.resize(80, b' ');
+    file.extend((mesh.faces.len() as u32).to_le_bytes());
+    for face in &mesh.faces {
+        file.extend([0u8; 12]);
+        face.iter().for_each(|&v| mesh.vertices[v].iter().for_each(|&x| file.extend((x as f32).to_le_bytes())));
+        file.extend([0u8; 2]);
+    }
+    file
+}
+
+fn points(mesh: &Mesh) -> vtkio::IOBuffer {
+    mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect::<Vec<f64>>().into()
+}
+
+fn numbers(mesh: &Mesh) -> VertexNumbers {
+    VertexNumbers::XML {
+        connectivity: mesh.faces.iter().flatten().map(|&v| v as u64).collect(),
+        offsets: (1..=mesh.faces.len() as u64).map(|k| 3 * k).collect(),
+    }
+}
+
+fn grid(mesh: &Mesh) -> DataSet {
+    let cells = Cells { cell_verts: numbers(mesh), types: vec![CellType::Triangle; mesh.faces.len()] };
+    DataSet::inline(UnstructuredGridPiece { points: points(mesh), cells, data: Attributes::new() })
+}
+
+fn poly_data(mesh: &Mesh) -> DataSet {
+    DataSet::inline(PolyDataPiece { points: points(mesh), polys: Some(numbers(mesh)), ..PolyDataPiece::default() })
+}
+
+fn document(data: DataSet, version: (u8, u8)) -> Vtk {
+    Vtk { version: Version::new(version), title: "test".into(), byte_order: ByteOrder::BigEndian, data, file_path: None }
+}
+
+fn vtk_xml(data: DataSet) -> Vec<u8> {
+    let mut file = Vec::new();
+    document(data, (1, 0)).write_xml(&mut file).unwrap();
+    file
+}
+
+pub fn vtk_legacy(mesh: &Mesh, text: bool) -> Vec<u8> {
+    if text {
+        let mut file = String::new();
+        document(poly_data(mesh), (4, 2)).write_legacy_ascii(&mut file).unwrap();
+        return file.into_bytes();
+    }
+    let mut file = Vec::new();
+    document(grid(mesh), (4, 2)).write_legacy(&mut file).unwrap();
+    file
+}
+
+/// Gmsh files with the groups `corner` (vertex 0), `side` (the edges 0-1, 1-2) and an unnamed surface 7 of the first two faces;
+/// the other faces belong to no group.
+#[derive(Clone, Copy)]
+pub struct Gmsh {
+    pub version: u8,
+    pub binary: bool,
+}
+
+impl Gmsh {
+    pub fn write(self, mesh: &Mesh) -> Vec<u8> {
+        let mut file = Bytes { binary: self.binary, data: Vec::new() };
+        let version = if self.version == 2 { "2.2" } else { "4.1" };
+        file.text(&format!("$MeshFormat\n{version} {} 8\n", u8::from(self.binary)));
+        if self.binary {
+            file.int(1);
+        }
+        file.text(
+            "\n$EndMeshFormat\n$Comments\nanything\n$EndComments\n$PhysicalNames\n2\n0 4 \"corner\"\n1 5 \"side\"\n$EndPhysicalNames\n",
+        );
+        // Node tags start at 10, so a reader that takes tags for indices fails.
+        let node = |v: usize| v as i64 + 10;
+        // Dimension, entity, group and corners of each element.
+        let mut elements: Vec<(i64, i64, i64, Vec<usize>)> = vec![(0, 1, 4, vec![0]), (1, 1, 5, vec![0, 1]), (1, 1, 5, vec![1, 2])];
+        elements.extend(mesh.faces.iter().enumerate().map(|(f, face)| {
+            let (entity, group) = if f < 2 { (1, 7) } else { (2, 0) };
+            (2, entity, group, face.to_vec())
+        }));
+        let kind = |dimension: i64| [15, 1, 2][dimension as usize];
+        if self.version == 2 {
+            file.text(&format!("$Nodes\n{}\n", mesh.vertices.len()));
+            for (v, p) in mesh.vertices.iter().enumerate() {
+                file.int(node(v));
+                p.iter().for_each(|&x| file.real(x));
+                file.newline();
+            }
+            file.text(&format!("$EndNodes\n$Elements\n{}\n", elements.len()));
+            for (tag, (dimension, entity, group, corners)) in elements.iter().enumerate() {
+                if self.binary {
+                    [kind(*dimension), 1, 2, tag as i64 + 1].into_iter().for_each(|x| file.int(x));
+                } else {
+                    [tag as i64 + 1, kind(*dimension), 2].into_iter().for_each(|x| file.int(x));
+                }
+                file.int(*group);
+                file.int(*entity);
+                corners.iter().for_each(|&v| file.int(node(v)));
+                file.newline();
+            }
+            file.text("\n$EndElements\n");
+            return file.data;
+        }
+        file.text("$Entities\n");
+        [1, 1, 2, 0].into_iter().for_each(|n| file.size(n));
+        file.newline();
+        for (dimension, entity, group) in [(0, 1, 4), (1, 1, 5), (2, 1, 7), (2, 2, 0)] {
+            file.int(entity);
+            (0..if dimension == 0 { 3 } else { 6 }).for_each(|_| file.real(0.5));
+            file.size(u64::from(group != 0));
+            if group != 0 {
+                file.int(group);
+            }
+            if dimension > 0 {
+                file.size(1);
+                file.int(-1);
+            }
+            file.newline();
+        }
+        let n = mesh.vertices.len() as u64;
+        file.text("\n$EndEntities\n$Nodes\n");
+        [1, n, 10, n + 9].into_iter().for_each(|x| file.size(x));
+        [2, 1, 0].into_iter().for_each(|x| file.int(x));
+        file.size(n);
+        (0..n).for_each(|v| file.size(v + 10));
+        for p in &mesh.vertices {
+            p.iter().for_each(|&x| file.real(x));
+            file.newline();
+        }
+        file.text("\n$EndNodes\n$Elements\n");
+        let m = elements.len() as u64;
+        [4, m, 1, m].into_iter().for_each(|x| file.size(x));
+        let mut tag = 0;
+        for block in elements.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            [block[0].0, block[0].1, kind(block[0].0)].into_iter().for_each(|x| file.int(x));
+            file.size(block.len() as u64);
+            for (.., corners) in block {
+                tag += 1;
+                file.size(tag);
+                corners.iter().for_each(|&v| file.size(node(v) as u64));
+                file.newline();
+            }
+        }
+        file.text("\n$EndElements\n");
+        file.data
+    }
+}
+
+struct Bytes {
+    binary: bool,
+    data: Vec<u8>,
+}
+
+impl Bytes {
+    fn text(&mut self, text: &str) {
+        self.data.extend(text.as_bytes());
+    }
+    fn newline(&mut self) {
+        if !self.binary {
+            self.text("\n");
+        }
+    }
+    fn int(&mut self, x: i64) {
+        if self.binary { self.data.extend((x as i32).to_le_bytes()) } else { self.text(&format!("{x} ")) }
+    }
+    fn size(&mut self, x: u64) {
+        if self.binary { self.data.extend(x.to_le_bytes()) } else { self.text(&format!("{x} ")) }
+    }
+    fn real(&mut self, x: f64) {
+        if self.binary { self.data.extend(x.to_le_bytes()) } else { self.text(&format!("{x} ")) }
+    }
+}
