@@ -179,8 +179,10 @@ pub fn is_done(job: &Job) -> Result<bool> {
 fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     let newest = progress(job)?;
     newest.warnings.iter().for_each(|w| log::warn!("{w}"));
-    if let Some(snapshot) = &newest.snapshot {
-        job.say(&format!("going on from {} ({})", folder.path(snapshot.step).display(), job.moment(snapshot.time)));
+    match &newest.snapshot {
+        Some(s) => job.say(&format!("going on from {} ({})", folder.path(s.step).display(), job.moment(s.time))),
+        None if newest.warnings.is_empty() => {}
+        None => job.say("no checkpoint is whole; starting from the setup"),
     }
     Ok(newest.snapshot)
 }
