@@ -108,6 +108,7 @@ fn a_shell_follows_its_pins_around() {
     };
     let turn = Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(Vector3::repeat(1.0)), TAU / 3.0);
     let still = run(&gutter(&format!("{}[statics]\nsteps = 5\n", pins("TAU/3*t"))));
+    println!("{:?} {:?} {:?} {:?} {:?}", still.column("time_s"), still.column("negative_pivots"), still.column("factorizations"), still.column("membrane_energy_J"), still.column("bending_energy_J"));
     for (p, q) in still.end.iter().zip(&still.mesh.vertices) {
         assert!((p - turn * q).norm() < 1e-10, "{}", (p - turn * q).norm());
     }
