@@ -72,6 +72,9 @@ pub struct Newton {
 /// Share of the predicted decrease that a step of the line search must bring.
 const ARMIJO: f64 = 1e-4;
 
+/// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
+const TEAR: f64 = 1e-2;
+
 impl Newton {
     /// Analyses the couplings of `potentials` with the `held` unknowns left out, and binds them.
     pub fn new(potentials: &mut [&mut dyn Potential], held: &[bool], settings: Settings) -> Result<Self> {
@@ -137,6 +140,11 @@ impl Newton {
             Err(failure) => log::debug!("mixed iteration: {failure:?}; descending on the energy"),
         }
         x.copy_from_slice(&start);
+        // Descent starts with the supports moved and all else left behind. Where that tears the shell it would settle in a wrong valley.
+        let reach = moved.iter().filter(|(i, _)| *i < self.settings.lengths).fold(0.0f64, |m, (_, d)| m.max(d.abs()));
+        if reach > TEAR * self.settings.diameter {
+            return Err(Failure::NotContracting(reach));
+        }
         targets.iter().for_each(|&(i, value)| x[i] = value);
         self.descend(potentials, x).inspect_err(|_| x.copy_from_slice(&start))
     }
