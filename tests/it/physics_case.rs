@@ -141,10 +141,25 @@ pub fn forms(strains: &[[f64; 6]]) -> Vec<Forms> {
 }
 
 /// A static model that starts at the vertices of `mesh`. `rest`: rest forms where no driver says otherwise.
-pub fn model(shell: Box<dyn Shell>, mesh: &Mesh, rest: Vec<Forms>, driver: Option<RestDriver>, held: impl IntoIterator<Item = usize>) -> ShellModel {
+pub fn model(
+    shell: Box<dyn Shell>,
+    mesh: &Mesh,
+    rest: Vec<Forms>,
+    driver: Option<RestDriver>,
+    held: impl IntoIterator<Item = usize>,
+) -> ShellModel {
     let x = unknowns(&*shell, mesh);
     let held = held.into_iter().map(|unknown| HeldUnknown { unknown, start: x[unknown], motion: None }).collect();
-    let parts = Parts { shell, inertia: None, gravity: None, rest: driver, initial_forms: rest, held, positions: mesh.vertices.clone(), velocities: vec![] };
+    let parts = Parts {
+        shell,
+        inertia: None,
+        gravity: None,
+        rest: driver,
+        initial_forms: rest,
+        held,
+        positions: mesh.vertices.clone(),
+        velocities: vec![],
+    };
     ShellModel::new(parts, mesh.diameter(), 1e-10, 50).unwrap()
 }
 

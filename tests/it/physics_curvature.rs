@@ -64,7 +64,8 @@ fn initial_forms_have_the_curvature_of_the_surface() {
 #[test]
 fn exact_directors_give_the_curvature_on_irregular_meshes() {
     for surface in [&CYLINDER, &SPHERE] {
-        for (name, flat) in [("jittered", (|l| square(l, generate::Pattern::Alternating, 0.25)) as fn(u32) -> Mesh), ("delaunay", delaunay)] {
+        for (name, flat) in [("jittered", (|l| square(l, generate::Pattern::Alternating, 0.25)) as fn(u32) -> Mesh), ("delaunay", delaunay)]
+        {
             let errors: Vec<f64> = (0..3)
                 .map(|level| {
                     let mesh = (surface.lay)(&flat(level), RADIUS);
@@ -83,7 +84,8 @@ fn exact_directors_give_the_curvature_on_irregular_meshes() {
 fn normals(surface: &Surface, mesh: &Mesh, which: impl Fn(usize) -> bool) -> Vec<Director> {
     let topology = Topology::new(&mesh.faces);
     let middle = |[a, b]: [usize; 2]| 0.5 * (mesh.vertices[a] + mesh.vertices[b]);
-    let support = |(e, pair): (usize, &[usize; 2])| if which(e) { Director::Held((surface.normal)(&middle(*pair))) } else { Director::Free };
+    let support =
+        |(e, pair): (usize, &[usize; 2])| if which(e) { Director::Held((surface.normal)(&middle(*pair))) } else { Director::Free };
     topology.edges.iter().enumerate().map(support).collect()
 }
 

@@ -103,12 +103,13 @@ fn a_shell_follows_its_pins_around() {
     };
     let pins = |angle: &str| {
         [("p", "0.05, 0.0, 0.0"), ("q", "0.05, 0.0, 0.1"), ("r", "-0.02, 0.045, 0.05")]
-            .map(|(name, place)| format!("[[region]]\nname = \"{name}\"\nnearest = [{place}]\n[[pin]]\nregion = \"{name}\"\n{}", motion(angle)))
+            .map(|(name, place)| {
+                format!("[[region]]\nname = \"{name}\"\nnearest = [{place}]\n[[pin]]\nregion = \"{name}\"\n{}", motion(angle))
+            })
             .concat()
     };
     let turn = Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(Vector3::repeat(1.0)), TAU / 3.0);
     let still = run(&gutter(&format!("{}[statics]\nsteps = 5\n", pins("TAU/3*t"))));
-    println!("{:?} {:?} {:?} {:?} {:?}", still.column("time_s"), still.column("negative_pivots"), still.column("factorizations"), still.column("membrane_energy_J"), still.column("bending_energy_J"));
     for (p, q) in still.end.iter().zip(&still.mesh.vertices) {
         assert!((p - turn * q).norm() < 1e-10, "{}", (p - turn * q).norm());
     }
@@ -137,7 +138,9 @@ fn momentum_is_conserved_and_energy_never_rises() {
         let case = run(&strip(dt, 0.06, ""));
         let masses = masses(&case);
         let states: Vec<_> = case.states().iter().map(|s| (points(s, "position"), points(s, "velocity"))).collect();
-        let spin = |x: &[Vector3<f64>], v: &[Vector3<f64>]| -> Vector3<f64> { masses.iter().zip(x).zip(v).map(|((m, x), v)| *m * x.cross(v)).sum() };
+        let spin = |x: &[Vector3<f64>], v: &[Vector3<f64>]| -> Vector3<f64> {
+            masses.iter().zip(x).zip(v).map(|((m, x), v)| *m * x.cross(v)).sum()
+        };
         let first = total(&masses, &states[0].1);
         let scale: f64 = states[0].1.iter().zip(&masses).map(|(v, m)| m * v.norm()).sum();
         assert!(first.norm() > 0.1 * scale);
@@ -186,7 +189,37 @@ fn viscosity_dissipates() {
 fn implicit_euler_is_of_first_order() {
     let ends: Vec<Vec<Vector3<f64>>> = (0..5).map(|k| run(&strip(1e-3 / f64::from(1 << k), 0.02, "")).end).collect();
     let reference: Vec<Vector3<f64>> = ends[4].iter().zip(&ends[3]).map(|(fine, coarse)| 2.0 * fine - coarse).collect();
-    let errors: Vec<f64> = ends[..3].iter().map(|end| end.iter().zip(&reference).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)).collect();
+    let errors: Vec<f64> =
+        ends[..3].iter().map(|end| end.iter().zip(&reference).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)).collect();
     println!("errors in time {errors:?} rate {}", rate(&errors));
     assert!((0.8..1.2).contains(&rate(&errors)) && errors[0] > 1e-5, "{errors:?}");
+}
+
+/// One vertex with one free component is an oscillator `m x'' + k (x + eta x') = 0`: implicit Euler's recurrence to all digits that a small
+/// amplitude leaves, with `k/m` from the motion without viscosity.
+#[test]
+fn viscosity_is_that_of_kelvin_and_voigt() {
+    let (dt, speed) = (1e-4, 1e-6);
+    let motion = |viscosity: &str| -> Vec<f64> {
+        let case = run(&format!(
+            "[mesh.rectangle]\nsize = [0.1, 0.1]\ncells = [2, 2]\n[[region]]\nname = \"middle\"\nnearest = [0.05, 0.05, 0.0]\n[solver]\ntolerance = 1e-13\n\
+             [shell]\nthickness = 1e-3\ndensity = 1000.0\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\nmass = \"lumped\"\n{viscosity}\
+             [[pin]]\nregion = \"boundary\"\n[[pin]]\nregion = \"middle\"\ncomponents = [\"y\", \"z\"]\n[dynamics]\ndt = {dt:?}\nend = 0.002\nvelocity = [{speed:?}, 0, 0]\n"
+        ));
+        let middle = case.mesh.region_nearest(Vector3::new(0.05, 0.05, 0.0)).vertices[0];
+        case.states().iter().map(|s| points(s, "position")[middle].x - 0.05).collect()
+    };
+    let free = motion("");
+    let kappa = dt * speed / free[1] - 1.0;
+    assert!(kappa > 0.01, "{kappa}");
+    for eta in [0.0, 2e-4, 3e-3] {
+        let now = if eta == 0.0 { free.clone() } else { motion(&format!("viscosity = {eta:?}\n")) };
+        let (mut before, mut at, damping) = (-dt * speed, 0.0, kappa * eta / dt);
+        let largest = now.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        for x in &now[1..] {
+            let next = (2.0 * at - before + damping * at) / (1.0 + kappa + damping);
+            assert!((x - next).abs() < 1e-5 * largest, "eta {eta}: {x:e} {next:e}");
+            (before, at) = (at, next);
+        }
+    }
 }

@@ -62,7 +62,11 @@ fn the_wet_side_becomes_convex_along_the_fibres() {
 #[test]
 fn curvature_of_small_swelling() {
     let relative = |m: f64| exact(m, 0.0).1 * MU * m / THICKNESS - 1.0;
-    let scene = |m: f64| sheet(0.0, m, 0.0).replace("[statics]\nsteps = 3", "[dynamics]\ndt = 1.0\nend = 1.0").replace("thickness", "density = 1.0\nthickness");
+    let scene = |m: f64| {
+        sheet(0.0, m, 0.0)
+            .replace("[statics]\nsteps = 3", "[dynamics]\ndt = 1.0\nend = 1.0")
+            .replace("thickness", "density = 1.0\nthickness")
+    };
     for m in [1.0, 10.0] {
         let (mesh, setup, _) = set_up(&scene(m)).unwrap();
         for (f, forms) in setup.rest_forms.iter().enumerate() {
