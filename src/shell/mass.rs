@@ -193,6 +193,10 @@ impl<const K: usize, const N: usize> Potential for Inertia<K, N> {
         energy
     }
 
+    fn stiffness_along(&self, _x: &[f64], y: &[f64]) -> f64 {
+        2.0 * self.kinetic_energy(y) / (self.dt * self.dt)
+    }
+
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
         let mut energy = 0.0;
         for face in 0..self.nodes.len() {

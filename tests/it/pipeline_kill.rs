@@ -117,7 +117,13 @@ fn a_second_process_is_refused() {
     let sandbox = Sandbox::new(&endless()).prepared();
     let mut child = sandbox.spawn(&["run", "scene.toml"]);
     wait_for_steps(&sandbox, &mut child);
-    for arguments in [&["run", "scene.toml"][..], &["run", "scene.toml", "--restart"], &["all", "scene.toml"], &["mesh", "scene.toml"], &["setup", "scene.toml"]] {
+    for arguments in [
+        &["run", "scene.toml"][..],
+        &["run", "scene.toml", "--restart"],
+        &["all", "scene.toml"],
+        &["mesh", "scene.toml"],
+        &["setup", "scene.toml"],
+    ] {
         let message = sandbox.fails(2, arguments);
         assert!(message.contains("another process is at work on this case"), "{arguments:?}: {message}");
     }
@@ -142,7 +148,8 @@ fn a_closed_standard_error_does_not_stop_a_run() {
 fn verbose_runs_tell_each_step() {
     let sandbox = Sandbox::new(DYNAMIC).prepared();
     let mut child = sandbox.spawn(&["run", "scene.toml", "-v"]);
-    let lines: Vec<String> = BufReader::new(child.stderr.take().unwrap()).lines().map(|l| l.unwrap()).filter(|l| l.starts_with("step ")).collect();
+    let lines: Vec<String> =
+        BufReader::new(child.stderr.take().unwrap()).lines().map(|l| l.unwrap()).filter(|l| l.starts_with("step ")).collect();
     child.wait().unwrap();
     assert_eq!(lines.len(), 20);
     assert!(lines.iter().enumerate().all(|(i, l)| l.starts_with(&format!("step {}: ", i + 1))), "{lines:?}");

@@ -116,7 +116,8 @@ fn what_is_not_a_number_at_some_time() {
 
 #[test]
 fn a_mechanism_and_steps_that_fail_exit_with_3() {
-    let free = with(&with(STATIC, "[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\nmotion = { z = \"0.01 * t\" }", ""), "[gravity]", "");
+    let free =
+        with(&with(STATIC, "[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\nmotion = { z = \"0.01 * t\" }", ""), "[gravity]", "");
     let sandbox = Sandbox::new(&free).prepared();
     let message = sandbox.fails(3, &["run", "scene.toml"]);
     assert!(message.contains("mechanism") && message.contains("hold it by pins"), "{message}");
