@@ -1,4 +1,5 @@
-//! VTK files: legacy (`.vtk`, text and binary) and XML (`.vtu`, `.vtp`). Points and polygonal cells; data arrays are skipped.
+//! VTK files: legacy (`.vtk`, text and binary) and XML (`.vtu`, `.vtp`). Points, polygonal cells and quadratic triangles; data arrays are
+//! skipped.
 
 use super::{Fault, Soup, guarded};
 use vtkio::model::{CellType, DataSet, IOBuffer, Piece, PolyDataPiece, UnstructuredGridPiece, VertexNumbers};
@@ -122,8 +123,9 @@ fn add_grid(soup: &mut Soup, piece: UnstructuredGridPiece) -> Result<(), Fault> 
         let fits = match kind {
             CellType::Triangle => corners.len() == 3,
             CellType::Quad => corners.len() == 4,
+            CellType::QuadraticTriangle => corners.len() == 6,
             CellType::Polygon => true,
-            CellType::Vertex | CellType::PolyVertex | CellType::Line | CellType::PolyLine => {
+            CellType::Vertex | CellType::PolyVertex | CellType::Line | CellType::PolyLine | CellType::QuadraticEdge => {
                 skipped += 1;
                 continue;
             }
@@ -132,7 +134,10 @@ fn add_grid(soup: &mut Soup, piece: UnstructuredGridPiece) -> Result<(), Fault> 
         if !fits {
             return Err(Fault::new(format!("cell {k} is of type {kind:?} but has {} points", corners.len())));
         }
-        add_polygon(soup, first, corners).map_err(|f| Fault::new(format!("cell {k}: {}", f.message)))?;
+        let quadratic = *kind == CellType::QuadraticTriangle;
+        soup.check_order(quadratic, "cell", k as u64)?;
+        let added = if quadratic { add_quadratic(soup, first, corners) } else { add_polygon(soup, first, corners) };
+        added.map_err(|f| Fault::new(format!("cell {k}: {}", f.message)))?;
     }
     if skipped > 0 {
         soup.warnings.push(format!("{skipped} cells that are points or lines are left out"));
@@ -141,10 +146,23 @@ fn add_grid(soup: &mut Soup, piece: UnstructuredGridPiece) -> Result<(), Fault> 
 }
 
 fn add_polygon(soup: &mut Soup, first: usize, corners: &[u64]) -> Result<(), Fault> {
+    let corners = points(soup, first, corners)?;
+    soup.polygon(&corners)
+}
+
+fn add_quadratic(soup: &mut Soup, first: usize, nodes: &[u64]) -> Result<(), Fault> {
+    let nodes = points(soup, first, nodes)?;
+    let [a, b, c, ab, bc, ca] = nodes[..] else { return Err(Fault::new(format!("{} points: expected 6", nodes.len()))) };
+    soup.mesh.faces.push([a, b, c]);
+    soup.middles.push([ab, bc, ca]);
+    Ok(())
+}
+
+/// Vertices of a piece whose points start at `first`.
+fn points(soup: &Soup, first: usize, numbers: &[u64]) -> Result<Vec<usize>, Fault> {
     let beyond = |v: &u64| Fault::new(format!("point {v} is out of range"));
     let shifted = |v: &u64| usize::try_from(*v).ok().and_then(|v| v.checked_add(first)).filter(|&v| v < soup.mesh.vertices.len());
-    let corners = corners.iter().map(|v| shifted(v).ok_or_else(|| beyond(v))).collect::<Result<Vec<_>, _>>()?;
-    soup.polygon(&corners)
+    numbers.iter().map(|v| shifted(v).ok_or_else(|| beyond(v))).collect()
 }
 
 /// Point lists of cells.
