@@ -1,7 +1,7 @@
 //! Gmsh `.msh`, versions 2.2 and 4.1, text and binary, with physical groups as regions.
 //!
-//! Format: the Gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)". Triangles, lines and points
-//! only. A group of points gives vertices; of lines, edges and their vertices; of triangles, faces with vertices and edges.
+//! Format: the Gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)". Linear or
+//! quadratic triangles and lines, and points, only. A group of points gives vertices; of lines, edges and their vertices; of triangles, faces with vertices and edges.
 
 use super::input::{Coding, Input};
 use super::{Fault, Soup};
@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, HashMap};
 const POINT: i64 = 15;
 const LINE: i64 = 1;
 const TRIANGLE: i64 = 2;
+const QUADRATIC_LINE: i64 = 8;
+const QUADRATIC_TRIANGLE: i64 = 9;
 
 pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
     let mut file = File { input: Input { bytes, at: 0, coding: Coding::Text }, ..File::default() };
@@ -63,8 +65,8 @@ struct File<'a> {
     entities: HashMap<(i64, i64), Vec<Group>>,
     /// Vertex index of each node tag.
     node: HashMap<u64, usize>,
-    /// First face on three vertices and the groups it came with: version 2 repeats an element for every further group.
-    face: HashMap<[usize; 3], (usize, Vec<Group>)>,
+    /// First face on given nodes and the groups it came with: version 2 repeats an element for every further group.
+    face: HashMap<[usize; 6], (usize, Vec<Group>)>,
     groups: BTreeMap<Group, Parts>,
     soup: Soup,
 }
@@ -251,11 +253,12 @@ impl File<'_> {
 
     /// Reads the nodes of an element and puts it into its groups.
     fn add_element(&mut self, tag: u64, kind: i64, groups: &[Group]) -> Result<(), Fault> {
-        let mut corners = [0; 3];
-        let count = match kind {
-            POINT => 1,
-            LINE => 2,
-            TRIANGLE => 3,
+        let (corners, middles) = match kind {
+            POINT => (1, 0),
+            LINE => (2, 0),
+            TRIANGLE => (3, 0),
+            QUADRATIC_LINE => (2, 1),
+            QUADRATIC_TRIANGLE => (3, 3),
             _ => {
                 let name = kind_name(kind);
                 return Err(self
@@ -263,28 +266,34 @@ impl File<'_> {
                     .fault(format!("element {tag} is a {name} (type {kind}), which is not supported: expected triangles")));
             }
         };
-        for corner in &mut corners[..count] {
+        if kind != POINT {
+            self.soup.check_order(middles > 0, "element", tag).map_err(|f| self.input.fault(f.message))?;
+        }
+        let mut nodes = [0; 6];
+        for vertex in &mut nodes[..corners + middles] {
             let node = if self.version == Version::V4 { self.input.size()? } else { self.input.int()? as u64 };
             let known = self.node.get(&node).copied();
-            *corner = known.ok_or_else(|| self.input.fault(format!("element {tag} names node {node}, which does not exist")))?;
+            *vertex = known.ok_or_else(|| self.input.fault(format!("element {tag} names node {node}, which does not exist")))?;
         }
         let mut face = None;
-        if kind == TRIANGLE {
+        if corners == 3 {
             let next = self.soup.mesh.faces.len();
-            let (first, with) = self.face.entry(corners).or_insert_with(|| (next, Vec::new()));
+            let (first, with) = self.face.entry(nodes).or_insert_with(|| (next, Vec::new()));
             let repeated = *first < next && !groups.is_empty() && groups.iter().all(|g| !with.contains(g));
             with.extend_from_slice(groups);
             if repeated {
                 face = Some(*first);
             } else {
-                self.soup.mesh.faces.push(corners);
+                let [a, b, c, ab, bc, ca] = nodes;
+                self.soup.mesh.faces.push([a, b, c]);
+                self.soup.middles.extend((middles > 0).then_some([ab, bc, ca]));
                 face = Some(next);
             }
         }
         for group in groups {
             let parts = self.groups.entry(*group).or_default();
-            parts.vertices.extend_from_slice(&corners[..count]);
-            parts.edges.extend((kind == LINE).then_some([corners[0], corners[1]]));
+            parts.vertices.extend_from_slice(&nodes[..corners]);
+            parts.edges.extend((corners == 2).then_some([nodes[0], nodes[1]]));
             parts.faces.extend(face);
         }
         Ok(())
@@ -305,7 +314,7 @@ impl File<'_> {
 fn dimension(kind: i64) -> i64 {
     match kind {
         POINT => 0,
-        LINE => 1,
+        LINE | QUADRATIC_LINE => 1,
         _ => 2,
     }
 }
@@ -317,8 +326,6 @@ fn kind_name(kind: i64) -> &'static str {
         5 => "hexahedron",
         6 => "prism",
         7 => "pyramid",
-        8 => "second-order line",
-        9 => "second-order triangle",
         10 | 16 => "second-order quadrangle",
         11 => "second-order tetrahedron",
         20 | 21 => "third-order triangle",

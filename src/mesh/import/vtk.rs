@@ -72,7 +72,8 @@ impl Cells {
                 None | Some(7.0) => corners.len(),
                 Some(5.0) => 3,
                 Some(9.0) => 4,
-                Some(1.0..=4.0) => {
+                Some(22.0) => 6,
+                Some(1.0..=4.0 | 21.0) => {
                     skipped += 1;
                     continue;
                 }
@@ -86,7 +87,15 @@ impl Cells {
                 index.ok_or_else(|| place(format!("point {v} is out of range")))
             };
             let corners = corners.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-            soup.polygon(&corners).map_err(|fault| place(fault.message))?;
+            let quadratic = types.is_some_and(|types| types[k] == 22.0);
+            soup.check_order(quadratic, "cell", k as u64)?;
+            match corners[..] {
+                [a, b, c, ab, bc, ca] if quadratic => {
+                    soup.mesh.faces.push([a, b, c]);
+                    soup.middles.push([ab, bc, ca]);
+                }
+                _ => soup.polygon(&corners).map_err(|fault| place(fault.message))?,
+            }
         }
         if skipped > 0 {
             soup.warnings.push(format!("{skipped} cells that are points or lines are left out"));
@@ -108,7 +117,7 @@ fn name(kind: f64) -> &'static str {
         12 => "a hexahedron",
         13 => "a wedge",
         14 => "a pyramid",
-        22 | 34 => "a second-order triangle",
+        34 => "a triangle of seven nodes",
         69 => "a Lagrange triangle",
         _ => "a cell of another kind",
     }
