@@ -83,6 +83,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     // Time spent on files is left out: the history tells what the mechanics cost.
     let mut wall = worked + started.elapsed().as_secs_f64();
     let first_step = model.step();
+    let mut unstable = None;
     let (mut halvings, mut clock) = (0u32, Instant::now());
     while let Some(plan) = control.plan(model.time()) {
         if signals.number() != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
@@ -95,6 +96,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 wall += clock.elapsed().as_secs_f64();
                 let counters = model.counters();
                 let solved = report.solved;
+                unstable = job.scene.statics.as_ref().map(|_| solved.negative_pivots);
                 let energies = model.energies();
                 let mut row = vec![plan.time, plan.dt, f64::from(halvings)];
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
@@ -129,6 +131,9 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             job.say(&place("stopped at", job, &model, &folder));
             return Err(Error::Interrupted(number));
         }
+    }
+    if let Some(unstable) = unstable.filter(|n| *n > 0 && control.plan(model.time()).is_none()) {
+        log::warn!("the last equilibrium is unstable in {unstable} directions: a small disturbance would make the shell leave it");
     }
     let counters = model.counters();
     job.say(&place("at", job, &model, &folder));
