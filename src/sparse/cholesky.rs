@@ -85,11 +85,16 @@ impl Cholesky {
             Some(perm) => perm.arrays().0[index] as usize,
             None => index,
         };
+        // The library counts the failed column from one where it works without supernodes.
+        let failed = |index: usize| match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(_) => index.saturating_sub(1),
+            SymbolicCholeskyRaw::Supernodal(_) => index,
+        };
         match kind {
             Kind::Llt => {
                 self.symbolic
                     .factorize_numeric_llt(&mut self.values, a, Side::Lower, LltRegularization::default(), Par::Seq, stack, Spec::default())
-                    .map_err(|LltError::NonPositivePivot { index }| Pivot { unknown: unknown(index), zero: false })?;
+                    .map_err(|LltError::NonPositivePivot { index }| Pivot { unknown: unknown(failed(index)), zero: false })?;
                 Ok(Refactored { negative_pivots: 0 })
             }
             Kind::Ldlt => {
@@ -103,7 +108,7 @@ impl Cholesky {
                         stack,
                         Spec::default(),
                     )
-                    .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: unknown(index), zero: true })?;
+                    .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: unknown(failed(index)), zero: true })?;
                 self.scale.fill(0.0);
                 for j in 0..n {
                     for k in pattern.column_start[j] as usize..pattern.column_start[j + 1] as usize {
@@ -158,5 +163,25 @@ impl Cholesky {
             Kind::Llt => LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack),
             Kind::Ldlt => LdltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sparse::Numbering;
+
+    #[test]
+    fn names_the_unknown_that_fails() -> Result<()> {
+        let pattern = Pattern::new(&Numbering::new(&[false; 3]), &mut |show| (0..3).for_each(|i| show(&[i])))?;
+        let mut cholesky = Cholesky::new(&pattern)?;
+        for kind in [Kind::Llt, Kind::Ldlt] {
+            for bad in 0..3 {
+                let mut matrix = [2.0, 3.0, 5.0];
+                matrix[bad] = 0.0;
+                assert_eq!(cholesky.refactor(&pattern, &matrix, kind).map_err(|pivot| pivot.unknown), Err(bad), "{kind:?}");
+            }
+        }
+        Ok(())
     }
 }
