@@ -60,7 +60,12 @@ fn assert_traceless(with: &str, without: &str, words: &[&str]) {
     let (with, without) = (traces(with), traces(without));
     assert!(!with.of(words).is_empty(), "{words:?} are not shown by the scene that has the part");
     assert_eq!(without.of(words), Vec::<String>::new(), "{words:?}");
-    for (a, b) in [(&with.setup, &without.setup), (&with.checkpoint, &without.checkpoint), (&with.columns, &without.columns), (&with.arrays, &without.arrays)] {
+    for (a, b) in [
+        (&with.setup, &without.setup),
+        (&with.checkpoint, &without.checkpoint),
+        (&with.columns, &without.columns),
+        (&with.arrays, &without.arrays),
+    ] {
         assert!(b.is_subset(a), "the absence of {words:?} adds {:?}", b.difference(a));
     }
 }
@@ -77,7 +82,11 @@ fn gravity() {
 
 #[test]
 fn motion_in_time() {
-    let resting = with(&with(DYNAMIC, "[dynamics]\ndt = 2e-3\nend = 0.04\nvelocity = [0, \"x\", 0]", "[statics]\nsteps = 4"), "viscosity = 0.01\n", "");
+    let resting = with(
+        &with(DYNAMIC, "[dynamics]\ndt = 2e-3\nend = 0.04\nvelocity = [0, \"x\", 0]", "[statics]\nsteps = 4"),
+        "viscosity = 0.01\n",
+        "",
+    );
     let resting = with(&resting, "20 * t", "t");
     assert_traceless(DYNAMIC, &resting, &["velocity", "kinetic"]);
 }
@@ -108,12 +117,21 @@ fn supports() {
 fn viscosity() {
     let (with_it, without) = (traces(DYNAMIC), traces(&with(DYNAMIC, "viscosity = 0.01\n", "")));
     assert_eq!(without.of(&["visc", "damp"]), Vec::<String>::new());
-    for (a, b) in [(&with_it.setup, &without.setup), (&with_it.checkpoint, &without.checkpoint), (&with_it.columns, &without.columns), (&with_it.arrays, &without.arrays)] {
+    for (a, b) in [
+        (&with_it.setup, &without.setup),
+        (&with_it.checkpoint, &without.checkpoint),
+        (&with_it.columns, &without.columns),
+        (&with_it.arrays, &without.arrays),
+    ] {
         assert!(b.is_subset(a));
     }
 }
 
 #[test]
 fn directors() {
-    assert_traceless(DYNAMIC, &with(&with(DYNAMIC, "[shell]", "[shell]\ndirector = \"average\""), "director = \"clamped\"\n", ""), &["director"]);
+    assert_traceless(
+        DYNAMIC,
+        &with(&with(DYNAMIC, "[shell]", "[shell]\ndirector = \"average\""), "director = \"clamped\"\n", ""),
+        &["director"],
+    );
 }

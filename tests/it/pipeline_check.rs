@@ -26,7 +26,13 @@ fn all_configs() -> Vec<PathBuf> {
 fn check_tells_parts_and_sizes_and_writes_nothing() {
     let sandbox = Sandbox::new(DYNAMIC);
     let (out, err) = sandbox.ok(&["check", "scene.toml"]);
-    for line in ["rest      linear", "gravity   (0, 0, -9.80665) m/s2", "pin       left", "size      21 vertices, 24 faces", "unknowns  96 free, 11 held"] {
+    for line in [
+        "rest      linear",
+        "gravity   (0, 0, -9.80665) m/s2",
+        "pin       left",
+        "size      21 vertices, 24 faces",
+        "unknowns  96 free, 11 held",
+    ] {
         assert!(out.lines().any(|l| l == line), "{line} is not in\n{out}");
     }
     assert_eq!(err, "");
@@ -101,7 +107,10 @@ fn validate(root: &Value, schema: &Value, value: &Value, at: &str) -> Result<(),
         if !(bounds[0]..=bounds[1]).contains(&(list.len() as u64)) {
             return Err(format!("{at} has {} entries", list.len()));
         }
-        list.iter().enumerate().filter(|_| schema["items"].is_object()).try_for_each(|(i, v)| validate(root, &schema["items"], v, &format!("{at}.{i}")))?;
+        list.iter()
+            .enumerate()
+            .filter(|_| schema["items"].is_object())
+            .try_for_each(|(i, v)| validate(root, &schema["items"], v, &format!("{at}.{i}")))?;
     }
     if let Some(table) = value.as_object() {
         if let Some(key) = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).find(|k| !table.contains_key(*k)) {

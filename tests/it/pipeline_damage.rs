@@ -94,7 +94,10 @@ fn damaged_stage_files_are_refused_by_name() {
         let another = if file == "mesh.h5" { "setup.h5" } else { "mesh.h5" };
         let refuse = |words: &str| {
             let message = sandbox.fails(2, &[after, "scene.toml"]);
-            assert!(message.contains(file) && message.contains(words) && message.contains(&format!("thinshell {verb} SCENE")), "{words}: {message}");
+            assert!(
+                message.contains(file) && message.contains(words) && message.contains(&format!("thinshell {verb} SCENE")),
+                "{words}: {message}"
+            );
             assert!(sandbox.result() == before);
             fs::write(&path, &good).unwrap();
         };
@@ -167,8 +170,11 @@ fn all_redoes_what_is_out_of_date_and_nothing_else() {
         ("rest.linear.mu=0.02", &["setup.h5"], &["mesh.h5"]),
         ("mesh.rectangle.cells=[5, 2]", &["mesh.h5", "setup.h5"], &[]),
     ] {
-        let bytes = |names: &[&str]| -> Vec<Vec<u8>> { names.iter().filter(|n| n.ends_with(".h5")).map(|n| fs::read(sandbox.case(n)).unwrap()).collect() };
-        let times = |names: &[&str]| -> Vec<_> { names.iter().map(|n| fs::metadata(sandbox.case(n)).unwrap().modified().unwrap()).collect() };
+        let bytes = |names: &[&str]| -> Vec<Vec<u8>> {
+            names.iter().filter(|n| n.ends_with(".h5")).map(|n| fs::read(sandbox.case(n)).unwrap()).collect()
+        };
+        let times =
+            |names: &[&str]| -> Vec<_> { names.iter().map(|n| fs::metadata(sandbox.case(n)).unwrap().modified().unwrap()).collect() };
         let (old, old_times) = (bytes(redone), times(kept));
         sandbox.ok(&["all", "scene.toml", "-q", "--set", change]);
         assert_eq!(times(kept), old_times, "{change}");

@@ -72,7 +72,12 @@ fn a_later_end_and_other_reports_resume() {
     let sandbox = Sandbox::new(DYNAMIC);
     sandbox.ok(&["all", "scene.toml", "-q"]);
     sandbox.rewrite(&with(DYNAMIC, "end = 0.04", "end = 0.05"));
-    let changes = ["dynamics.end=0.045", "title=new", "output.interval=0.01", "report.expect=[{name='n', measure='factorizations', reference=0, tolerance=1e6, source='none'}]"];
+    let changes = [
+        "dynamics.end=0.045",
+        "title=new",
+        "output.interval=0.01",
+        "report.expect=[{name='n', measure='factorizations', reference=0, tolerance=1e6, source='none'}]",
+    ];
     for change in changes {
         let (_, err) = sandbox.ok(&["run", "scene.toml", "--set", change]);
         assert!(err.contains("going on from cases/scene/run/step_0000002") && !err.contains("warning"), "{change}: {err}");

@@ -44,7 +44,11 @@ fn a_falling_strip_from_end_to_end() {
     // Steps on output times, and the last but one.
     let steps = [0, 5, 10, 15, 20, 25, 29, 30].map(|n| format!("step_{n:08}.h5"));
     assert_eq!(sandbox.names("cases/scene/run"), steps);
-    let films: Vec<Vec<u8>> = names(&sandbox.case("vtk")).iter().filter(|n| n.ends_with(".vtp")).map(|n| fs::read(sandbox.case("vtk").join(n)).unwrap()).collect();
+    let films: Vec<Vec<u8>> = names(&sandbox.case("vtk"))
+        .iter()
+        .filter(|n| n.ends_with(".vtp"))
+        .map(|n| fs::read(sandbox.case("vtk").join(n)).unwrap())
+        .collect();
     assert_eq!(films.iter().collect::<BTreeSet<_>>().len(), films.len(), "frames are equal");
     assert!(films.len() > 3 && sandbox.case("vtk/units.json").exists());
     assert_report(&json(&sandbox.case("report.json")), "scene", 3);
@@ -86,7 +90,10 @@ fn a_missed_expectation_exits_with_1() {
     let message = sandbox.fails(1, &["all", "scene.toml", "--set", "report.expect.0.tolerance=1e-6"]);
     assert!(message.contains("error: expectations missed: scene"), "{message}");
     let report = json(&sandbox.case("report.json"));
-    assert_eq!((&report["passed"], &report["expectations"][0]["passed"], &report["expectations"][1]["passed"]), (&false.into(), &false.into(), &true.into()));
+    assert_eq!(
+        (&report["passed"], &report["expectations"][0]["passed"], &report["expectations"][1]["passed"]),
+        (&false.into(), &false.into(), &true.into())
+    );
     assert!(fs::read_to_string(sandbox.case("report.md")).unwrap().contains("**no**"));
     sandbox.fails(1, &["report", "cases/scene"]);
     sandbox.ok(&["report", "scene.toml"]);
