@@ -10,6 +10,7 @@ use hdf5::types::VarLenUnicode;
 use std::collections::BTreeMap;
 use std::io::Seek;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Arrays from this size on [bytes] are stored in chunks with a Fletcher checksum each, for other programs' sake.
 const CHUNKED: usize = 1 << 16;
@@ -177,10 +178,12 @@ impl Archive {
 
     /// The file's bytes with room for the seal, built in memory: the library never meets a full disk.
     fn image(&self) -> hdf5::Result<Vec<u8>> {
+        // Files in memory need names of their own too, where several threads write at once.
+        static COUNT: AtomicU64 = AtomicU64::new(0);
         let file = hdf5::File::with_options()
             .with_fapl(|p| p.core_options(1 << 20, false))
             .with_fcpl(|p| p.userblock(seal::LENGTH as u64))
-            .create("archive")?;
+            .create(format!("archive-{}", COUNT.fetch_add(1, Ordering::Relaxed)))?;
         put_text(&file, "kind", self.kind.name())?;
         put_text(&file, "program", concat!("thinshell ", env!("CARGO_PKG_VERSION")))?;
         put_text(&file, "inputs", &self.inputs)?;

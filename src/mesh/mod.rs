@@ -5,6 +5,7 @@
 
 pub mod generate;
 pub mod import;
+pub mod midpoints;
 mod quality;
 mod region;
 mod topology;
@@ -36,6 +37,37 @@ impl Mesh {
     /// Positions of all nodes [m]: the vertices, then the midpoints of the edges if faces are curved.
     pub fn nodes(&self) -> Vec<Vector3<f64>> {
         [self.vertices.as_slice(), &self.midpoints].concat()
+    }
+
+    /// The six nodes of each curved face, as indices into [`Mesh::nodes`]: the vertices `v0 v1 v2`, then the midpoints of `v0 v1`,
+    /// `v1 v2`, `v2 v0` (the order of VTK and Gmsh).
+    pub fn six_node_faces(&self) -> Vec<[usize; 6]> {
+        let edges = Topology::new(&self.faces).face_edges;
+        let node = |edge: usize| self.vertices.len() + edge;
+        self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[2]), node(e[0]), node(e[1])]).collect()
+    }
+
+    /// Drops the vertices that are not to be kept, also from regions. Every vertex of a face must be kept.
+    fn keep_vertices(&mut self, keep: impl Fn(usize) -> bool) {
+        let mut count = 0;
+        let renumbered: Vec<Option<usize>> = (0..self.vertices.len())
+            .map(|v| {
+                count += usize::from(keep(v));
+                keep(v).then(|| count - 1)
+            })
+            .collect();
+        let number = |v: usize| renumbered.get(v).copied().flatten();
+        let mut at = 0;
+        self.vertices.retain(|_| {
+            at += 1;
+            renumbered[at - 1].is_some()
+        });
+        // Numbers keep their order, so the edges, and with them the midpoints, keep theirs.
+        self.faces.iter_mut().flatten().for_each(|v| *v = number(*v).unwrap_or(*v));
+        for region in self.regions.values_mut() {
+            region.vertices = region.vertices.iter().filter_map(|&v| number(v)).collect();
+            region.edges = region.edges.iter().filter_map(|&[a, b]| Some([number(a)?, number(b)?])).collect();
+        }
     }
 
     /// Diagonal of the axis-aligned bounding box [m]: the length that tolerances are relative to. 0 for an empty mesh.

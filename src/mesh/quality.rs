@@ -1,4 +1,6 @@
 //! What a mesh is like: counts, sizes, angles and how regular it is. Judges nothing; [`super::validate`] refuses.
+//!
+//! All measures are those of the straight faces through the vertices, also where faces are curved.
 
 use super::{Mesh, Stars, Topology};
 use nalgebra::Vector3;

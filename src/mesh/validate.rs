@@ -3,8 +3,9 @@
 //! Files can hold anything, so [`check`] refuses what has no meaning and names the faces; what can be mended without a guess
 //! it mends and says so. It does not judge quality: slivers are the user's own choice ([`super::Quality`] shows them).
 
-use super::{Mesh, Stars};
+use super::{Mesh, Stars, Topology};
 use crate::error::{Error, Result};
+use nalgebra::Vector3;
 
 /// Faces named in a message; the rest are counted.
 const NAMED: usize = 5;
@@ -14,11 +15,27 @@ const SMALLEST: f64 = 1e-75;
 /// Least ratio of a face's area to the square of its longest edge. A sliver with an angle of 0.01 degrees has 1e-4.
 const LEAST_AREA: f64 = 1e-12;
 
+/// Farthest distance of a midpoint from the middle of its straight edge, by that edge's length; a third of a turn makes 0.29.
+const FARTHEST: f64 = 0.4;
+/// Where a curved face must not fold: its nodes and the element's points of integration.
+const SAMPLES: [[f64; 2]; 9] = [
+    [0.0, 0.0],
+    [1.0, 0.0],
+    [0.0, 1.0],
+    [0.5, 0.0],
+    [0.5, 0.5],
+    [0.0, 0.5],
+    [1.0 / 6.0, 1.0 / 6.0],
+    [2.0 / 3.0, 1.0 / 6.0],
+    [1.0 / 6.0, 2.0 / 3.0],
+];
+
 /// Refuses a mesh that is no oriented manifold; drops unused vertices. Returns warnings.
 ///
 /// `place`: file or key that the mesh comes from, for messages. Errors: no faces; vertex indices out of range; coordinates
 /// that are not finite, too large or too small; faces with a repeated vertex or without area; two faces on the same vertices;
-/// edges of more than two faces; neighbours of opposite orientation. Warnings: vertices that no face uses, edges of regions
+/// edges of more than two faces; neighbours of opposite orientation; midpoints that are not one per edge, not
+/// finite or far off their edges; curved faces that fold. Warnings: vertices that no face uses, edges of regions
 /// that are no edges of faces (both are dropped), parts that touch in one vertex only.
 pub fn check(mesh: &mut Mesh, place: &str) -> Result<Vec<String>> {
     if mesh.faces.is_empty() {
@@ -50,11 +67,34 @@ pub fn check(mesh: &mut Mesh, place: &str) -> Result<Vec<String>> {
     refuse(uses.crowded(), "edges belong to more than two faces", "the shell must be a manifold; split it or remove faces")?;
     refuse(uses.disagreeing(), "neighbouring faces have opposite orientation", "orient all faces alike")?;
 
+    let expected = Topology::new(&mesh.faces).edges.len();
+    if !mesh.midpoints.is_empty() && mesh.midpoints.len() != expected {
+        let message = format!("the mesh has {} midpoints for {expected} edges", mesh.midpoints.len());
+        return Err(Error::input_with_help(place, message, "give one midpoint to each edge, or none"));
+    }
+    check_midpoints(mesh, &refuse)?;
+
     let mut warnings = Vec::new();
     warnings.extend(drop_foreign_edges(mesh, &uses, place));
     warnings.extend(drop_unused_vertices(mesh, place));
     warnings.extend(touching_parts(mesh, place));
     Ok(warnings)
+}
+
+/// Refuses curved faces whose midpoints make no sense.
+fn check_midpoints(mesh: &Mesh, refuse: &dyn Fn(Vec<usize>, &str, &str) -> Result<()>) -> Result<()> {
+    if mesh.midpoints.is_empty() {
+        return Ok(());
+    }
+    let nodes = mesh.nodes();
+    let faces: Vec<[Vector3<f64>; 6]> = mesh.six_node_faces().iter().map(|face| face.map(|node| nodes[node])).collect();
+    let select = |bad: &dyn Fn(&[Vector3<f64>; 6]) -> bool| (0..faces.len()).filter(|&f| bad(&faces[f])).collect::<Vec<_>>();
+    let wild = select(&|face| face[3..].iter().any(|m| m.iter().any(|x| !x.is_finite())));
+    refuse(wild, "midpoints of edges are not finite", "every coordinate must be a number")?;
+    let far = select(&|face| (0..3).any(|i| is_far([face[i], face[(i + 1) % 3]], face[3 + i])));
+    let off = format!("midpoints lie farther than {FARTHEST} edge lengths from the middle of their edges");
+    refuse(far, &off, "check the order of the nodes, or refine the mesh there")?;
+    refuse(select(&is_folded), "curved faces fold over", "move midpoints nearer to the middle of their edges, or refine the mesh there")
 }
 
 /// `face 3 (vertices 1 2 5), face 7 (...) and 12 more`.
@@ -78,6 +118,31 @@ fn has_area(mesh: &Mesh, face: &[usize; 3]) -> bool {
     let longest = longest_edge(mesh, face);
     let [a, b, c] = face.map(|v| mesh.vertices[v]);
     longest > 0.0 && ((b - a) / longest).cross(&((c - a) / longest)).norm() > 2.0 * LEAST_AREA
+}
+
+fn is_far(ends: [Vector3<f64>; 2], midpoint: Vector3<f64>) -> bool {
+    (midpoint - ends[0].lerp(&ends[1], 0.5)).norm() > FARTHEST * (ends[1] - ends[0]).norm()
+}
+
+/// Whether the face turns its back to the straight face's normal, or has no area, at a node or a point of integration.
+fn is_folded(face: &[Vector3<f64>; 6]) -> bool {
+    let sides = [face[1] - face[0], face[2] - face[0]];
+    let unit = sides[0].norm().max(sides[1].norm());
+    let normal = (sides[0] / unit).cross(&(sides[1] / unit)).normalize();
+    SAMPLES.iter().any(|&at| {
+        let [u, v] = tangents(face, at).map(|t| t / unit);
+        !(u.cross(&v).dot(&normal) > LEAST_AREA)
+    })
+}
+
+/// Derivatives of a quadratic face's place, nodes in the order of [`Mesh::six_node_faces`], by its coordinates `(xi, eta)`.
+fn tangents(face: &[Vector3<f64>; 6], [xi, eta]: [f64; 2]) -> [Vector3<f64>; 2] {
+    let zeta = 1.0 - xi - eta;
+    let [a, b, c, ab, bc, ca] = face;
+    [
+        b * (4.0 * xi - 1.0) - a * (4.0 * zeta - 1.0) + ab * (4.0 * (zeta - xi)) + (bc - ca) * (4.0 * eta),
+        c * (4.0 * eta - 1.0) - a * (4.0 * zeta - 1.0) + ca * (4.0 * (zeta - eta)) + (bc - ab) * (4.0 * xi),
+    ]
 }
 
 /// Faces on the same three vertices as another, ascending.
@@ -156,7 +221,7 @@ fn drop_foreign_edges(mesh: &mut Mesh, uses: &EdgeUse, place: &str) -> Vec<Strin
     warnings
 }
 
-/// Renumbers vertices and regions so that every vertex has a face.
+/// Drops vertices until every one has a face.
 fn drop_unused_vertices(mesh: &mut Mesh, place: &str) -> Option<String> {
     let mut used = vec![false; mesh.vertices.len()];
     mesh.faces.iter().flatten().for_each(|&v| used[v] = true);
@@ -164,20 +229,7 @@ fn drop_unused_vertices(mesh: &mut Mesh, place: &str) -> Option<String> {
     if unused == 0 {
         return None;
     }
-    let mut renumbered = vec![None; used.len()];
-    let mut kept = Vec::with_capacity(used.len() - unused);
-    for v in (0..used.len()).filter(|&v| used[v]) {
-        renumbered[v] = Some(kept.len());
-        kept.push(mesh.vertices[v]);
-    }
-    mesh.vertices = kept;
-    // Every vertex of a face has a new number, so nothing falls back on the old one.
-    mesh.faces.iter_mut().flatten().for_each(|v| *v = renumbered[*v].unwrap_or(*v));
-    for region in mesh.regions.values_mut() {
-        let number = |v: &usize| renumbered.get(*v).copied().flatten();
-        region.vertices = region.vertices.iter().filter_map(number).collect();
-        region.edges = region.edges.iter().filter_map(|[a, b]| Some([number(a)?, number(b)?])).collect();
-    }
+    mesh.keep_vertices(|v| used[v]);
     Some(format!("{place}: {unused} vertices belong to no face and are dropped"))
 }
 

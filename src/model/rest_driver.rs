@@ -1,40 +1,32 @@
 //! How the rest forms change in time.
 
-use crate::mesh::{Mesh, Topology};
-use crate::shell::rest::{Forms, Law, Sampling, linear_element_forms};
+use crate::shell::rest::{Forms, Interpolation, Law};
 
 /// Share of the law in force at a time.
 pub type Ramp = Box<dyn Fn(f64) -> f64>;
 
 /// A growth law, its share in time, and the forms it starts from. Evaluates only what changes.
 pub struct RestDriver {
-    mesh: Mesh,
-    topology: Topology,
     law: Box<dyn Law>,
     law_changes: bool,
-    sampling: Sampling,
+    interpolation: Box<dyn Interpolation>,
     ramp: Option<Ramp>,
-    thickness: Vec<f64>,
     initial: Vec<Forms>,
     /// The law's forms, where they do not change.
     constant: Option<Vec<Forms>>,
 }
 
 impl RestDriver {
-    /// `law_changes`: whether the law depends on time. `ramp`: share of the law in time, none for all of it at once. `initial`: forms of the
-    /// initial shape, per face.
-    #[allow(clippy::too_many_arguments)]
+    /// `law_changes`: whether the law depends on time. `interpolation`: of the element. `ramp`: share of the law in time, none for all of it
+    /// at once. `initial`: forms of the initial shape, per integration point.
     pub fn new(
-        mesh: Mesh,
-        topology: Topology,
         law: Box<dyn Law>,
         law_changes: bool,
-        sampling: Sampling,
+        interpolation: Box<dyn Interpolation>,
         ramp: Option<Ramp>,
-        thickness: Vec<f64>,
         initial: Vec<Forms>,
     ) -> Self {
-        RestDriver { mesh, topology, law, law_changes, sampling, ramp, thickness, initial, constant: None }
+        RestDriver { law, law_changes, interpolation, ramp, initial, constant: None }
     }
 
     /// Whether the forms change in time at all.
@@ -44,8 +36,7 @@ impl RestDriver {
 
     /// Rest forms at a time [s]. Errors: face and reason.
     pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, String> {
-        let evaluate =
-            || linear_element_forms(&self.mesh, &self.topology, &*self.law, self.sampling, &self.initial, |f| self.thickness[f], time);
+        let evaluate = || self.interpolation.forms(&*self.law, time);
         let law = if self.law_changes {
             evaluate()?
         } else {
@@ -61,7 +52,7 @@ impl RestDriver {
         }
         let mixed: Vec<Forms> = self.initial.iter().zip(&law).map(|(a, b)| a.mix(b, share)).collect();
         match mixed.iter().position(|f| !f.is_admissible()) {
-            Some(f) => Err(format!("face {f}: the rest metric at ramp {share} is not positive definite")),
+            Some(k) => Err(format!("integration point {k}: the rest metric at ramp {share} is not positive definite")),
             None => Ok(mixed),
         }
     }

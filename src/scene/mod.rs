@@ -24,7 +24,7 @@ pub use mesh::{Annulus, Cylinder, Disc, MeshFile, MeshTable, Outline, Pattern, R
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
 pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
-pub use shell::{Director, Mass, Shell, ShellRegion};
+pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Solver, Statics};
 pub use suspicion::suspicions;
 

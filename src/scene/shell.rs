@@ -3,6 +3,27 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Order of the element.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Element {
+    /// Three nodes a face, one director an edge, constant strains: cheap, second order; locks on thin irregular meshes.
+    #[default]
+    Linear,
+    /// Six nodes a face, two directors an edge: order three and more, no locking. Not with `director = "average"`.
+    Quadratic,
+}
+
+impl Element {
+    /// Name in scenes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Element::Linear => "linear",
+            Element::Quadratic => "quadratic",
+        }
+    }
+}
+
 /// Where the normals on the edges come from (PHYSICS A1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -14,6 +35,8 @@ pub enum Director {
     /// A free angle per edge, hinge measure `tan`: a fold cannot invert.
     #[default]
     FreeTan,
+    /// A free angle per edge, hinge measure the angle itself.
+    FreeAngle,
 }
 
 impl Director {
@@ -23,6 +46,7 @@ impl Director {
             Director::Average => "average",
             Director::FreeSin => "free-sin",
             Director::FreeTan => "free-tan",
+            Director::FreeAngle => "free-angle",
         }
     }
 }
@@ -42,6 +66,9 @@ pub enum Mass {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shell {
+    /// Order of the element.
+    #[serde(default)]
+    pub element: Element,
     /// Edge normals.
     #[serde(default)]
     pub director: Director,

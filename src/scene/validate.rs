@@ -175,6 +175,8 @@ fn shell(scene: &Scene) -> Check {
     let shell = &scene.shell;
     material("shell", Some(shell.thickness), Some(shell.youngs_modulus), Some(shell.poissons_ratio), shell.density)?;
     positive_or_absent("shell.viscosity", shell.viscosity, "s")?;
+    let both = shell.element == Element::Quadratic && shell.director == Director::Average;
+    require("shell.director", !both, "`average` exists for the linear element only")?;
     let user = if scene.dynamics.is_some() { Some("dynamics") } else { scene.gravity.as_ref().map(|_| "gravity") };
     if let (Some(user), None) = (user, shell.density) {
         return Err(fault("shell.density", format!("this key is missing, and [{user}] needs it [kg/m3]")));

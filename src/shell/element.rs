@@ -3,7 +3,6 @@
 //! An element turns the unknowns of a face into strains at its integration points. It knows its own stencil and nothing of materials,
 //! rest forms or the matrix. The linear elements have one point; an element with more nodes, points and unknowns fits the same way.
 
-use crate::mesh::{Mesh, Topology};
 use nalgebra::Vector3;
 
 /// Forms at one integration point, in the face's barycentric basis: a11, a12, a22 [m2], b11, b12, b22 [m].
@@ -41,6 +40,9 @@ pub trait Element<const N: usize, const P: usize> {
     /// Adds `sum_i w_i d2(form_i)` to the lower triangle of `hessian`. `membrane_only` leaves the curvatures out.
     fn hessian(&self, geometry: &Self::Geometry, weights: &[Strain; P], membrane_only: bool, hessian: &mut [[f64; N]; N]);
 
+    /// Tangent vectors `r1`, `r2` [m] at the integration points.
+    fn tangents(&self, geometry: &Self::Geometry) -> [[Vector3<f64>; 2]; P];
+
     /// Reference directors [1], one per director unknown or held director; empty when the element has none.
     fn directors(&self) -> &[Vector3<f64>];
 
@@ -54,33 +56,4 @@ pub trait Element<const N: usize, const P: usize> {
     fn angles(&self) -> usize {
         self.directors().len()
     }
-}
-
-/// Initial directors of a mesh's edges: the mean of the face normals, on the boundary the face's own, made orthogonal to the edge.
-pub fn initial_directors(mesh: &Mesh, topology: &Topology) -> Vec<Vector3<f64>> {
-    let normals: Vec<Vector3<f64>> = mesh
-        .faces
-        .iter()
-        .map(|f| {
-            let [a, b, c] = f.map(|v| mesh.vertices[v]);
-            (b - a).cross(&(c - a)).normalize()
-        })
-        .collect();
-    topology
-        .edges
-        .iter()
-        .zip(&topology.edge_faces)
-        .map(|(edge, faces)| {
-            let sum: Vector3<f64> = faces.iter().flatten().map(|f| normals[f.face]).sum();
-            let first = faces[0].map_or_else(Vector3::z, |f| normals[f.face]);
-            orthonormal(&sum, &(mesh.vertices[edge[1]] - mesh.vertices[edge[0]])).unwrap_or(first)
-        })
-        .collect()
-}
-
-/// Unit vector of the part of `v` orthogonal to `tangent`; none where nearly nothing is left.
-pub fn orthonormal(v: &Vector3<f64>, tangent: &Vector3<f64>) -> Option<Vector3<f64>> {
-    let part = v - tangent * (v.dot(tangent) / tangent.norm_squared());
-    let norm = part.norm();
-    (norm > 1e-8 * v.norm() && norm > 0.0).then(|| part / norm)
 }

@@ -52,8 +52,12 @@ pub trait Shell: Potential {
     fn start_step(&mut self, x: &[f64], dt: f64);
     /// Forms at `x`, one per point.
     fn forms(&self, x: &[f64]) -> Vec<Strain>;
+    /// Tangent vectors at `x` [m], one pair per point.
+    fn tangents(&self, x: &[f64]) -> Vec<[Vector3<f64>; 2]>;
     /// Energies at `x` [J]: membrane, bending.
     fn energies(&self, x: &[f64]) -> [f64; 2];
+    /// Weights of the integration points in the reference triangle; they add up to 1/2.
+    fn weights(&self) -> &'static [f64];
 }
 
 /// Viscous part: ratio `eta / dt` and the forms at the start of the step.
@@ -276,6 +280,23 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N
         energy
     }
 
+    fn stiffness_along(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for face in 0..self.element.faces() {
+            let jacobian = self.element.jacobian(&self.geometry(face, x));
+            let (dy, factors) = (self.scatter.gather(face, y), self.factors(face));
+            for k in 0..P {
+                let e: [f64; 6] = std::array::from_fn(|i| jacobian[k][i].iter().zip(&dy).map(|(j, d)| j * d).sum());
+                for (part, factor) in factors.into_iter().enumerate() {
+                    let m = [e[3 * part], e[3 * part + 1], e[3 * part + 2]];
+                    let c = times(&self.stiffness[P * face + k], m);
+                    sum += factor * (c[0] * m[0] + c[1] * m[1] + c[2] * m[2]);
+                }
+            }
+        }
+        sum
+    }
+
     fn prepare(&mut self, x: &mut [f64]) {
         self.element.reframe(x);
     }
@@ -379,6 +400,14 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Shell for Koiter<E, N, P>
 
     fn forms(&self, x: &[f64]) -> Vec<Strain> {
         (0..self.element.faces()).flat_map(|face| self.element.forms(&self.geometry(face, x))).collect()
+    }
+
+    fn tangents(&self, x: &[f64]) -> Vec<[Vector3<f64>; 2]> {
+        (0..self.element.faces()).flat_map(|face| self.element.tangents(&self.geometry(face, x))).collect()
+    }
+
+    fn weights(&self) -> &'static [f64] {
+        &E::WEIGHTS
     }
 
     fn energies(&self, x: &[f64]) -> [f64; 2] {

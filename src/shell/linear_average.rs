@@ -4,9 +4,10 @@
 //! any common vector; measured to their mean normal, both faces use the same hinge kernel as free directors do. It does not converge on
 //! irregular meshes (PHYSICS A6) and is here because seed A has it.
 
-use super::element::{Element, Strain, orthonormal};
+use super::director::{Director, initial_directors, orthonormal};
+use super::element::{Element, Strain};
 use super::hinge::{Hinge, Measure};
-use super::linear_free::{BEND, Director, add_first_form_hessian, first_form, first_form_jacobian, tangents};
+use super::linear_free::{BEND, add_first_form_hessian, first_form, first_form_jacobian, tangents};
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,12 +51,12 @@ impl LinearAverage {
                 })
             })
             .collect();
-        let held: Vec<Option<Vector3<f64>>> = supports
-            .iter()
-            .zip(&topology.edges)
-            .map(|(support, edge)| match support {
-                Director::Free => None,
-                Director::Held(p) => orthonormal(p, &(mesh.vertices[edge[1]] - mesh.vertices[edge[0]])),
+        let held: Vec<Option<Vector3<f64>>> = initial_directors(mesh, topology)
+            .into_iter()
+            .zip(supports.iter().zip(&topology.edges))
+            .map(|(initial, (support, edge))| {
+                let tangent = mesh.vertices[edge[1]] - mesh.vertices[edge[0]];
+                support.is_held().then(|| support.reference(initial, &tangent))
             })
             .collect();
         let directors: Vec<Vector3<f64>> = held.iter().flatten().copied().collect();
@@ -250,6 +251,10 @@ impl Element<18, 1> for LinearAverage {
             EdgeNormal::Mean([Hinge::new(&t, &d, &normal, &mean), Hinge::new(&t_other, &d_other, &normal_other, &mean)])
         });
         AverageGeometry { r, edges }
+    }
+
+    fn tangents(&self, g: &AverageGeometry) -> [[Vector3<f64>; 2]; 1] {
+        [g.r]
     }
 
     fn forms(&self, g: &AverageGeometry) -> [Strain; 1] {

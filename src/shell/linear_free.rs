@@ -3,19 +3,11 @@
 //! The angle of an edge is measured from a frozen unit vector `p`, turning about the edge's own direction (lower to higher vertex). So
 //! a face reads only its own vertices and angles, whatever its neighbours do.
 
-use super::element::{Element, Strain, initial_directors, orthonormal};
+use super::director::{Director, initial_directors, orthonormal};
+use super::element::{Element, Strain};
 use super::hinge::{Hinge, HingeCurvature, Measure};
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Matrix3, Vector3};
-
-/// Support of one edge's director.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Director {
-    /// Finds its own equilibrium.
-    Free,
-    /// Held along this vector (its part orthogonal to the edge).
-    Held(Vector3<f64>),
-}
 
 /// Tangents `T_i = v[i+2] - v[i+1]` of a face's edges as multiples of `r1 = v1 - v0` and `r2 = v2 - v0`.
 pub(super) const TANGENT: [[f64; 2]; 3] = [[-1.0, 1.0], [0.0, -1.0], [1.0, 0.0]];
@@ -48,9 +40,7 @@ impl LinearFree {
     pub fn new(mesh: &Mesh, topology: &Topology, measure: Measure, supports: &[Director]) -> Self {
         let mut directors = initial_directors(mesh, topology);
         for ((p, support), edge) in directors.iter_mut().zip(supports).zip(&topology.edges) {
-            if let Director::Held(direction) = support {
-                *p = orthonormal(direction, &(mesh.vertices[edge[1]] - mesh.vertices[edge[0]])).unwrap_or(*p);
-            }
+            *p = support.reference(*p, &(mesh.vertices[edge[1]] - mesh.vertices[edge[0]]));
         }
         LinearFree {
             measure,
@@ -138,6 +128,10 @@ impl Element<12, 1> for LinearFree {
         });
         let curvatures = std::array::from_fn(|i| hinges[i].curvature(self.measure, signs[i], u[9 + i]));
         FreeGeometry { r, hinges, curvatures, signs }
+    }
+
+    fn tangents(&self, g: &FreeGeometry) -> [[Vector3<f64>; 2]; 1] {
+        [g.r]
     }
 
     #[inline]

@@ -3,6 +3,7 @@
 //! Mass is that of the rest forms at the start, `h rho sqrt(det abar)`, and is conserved while the shell swells. It is integrated with
 //! the element's shape functions. Time integration enters only as the predictor that a step starts from.
 
+use super::quadratic_shape::{linear, shape};
 use crate::sparse::{Curvature, Numbering, Pattern, Potential, Scatter, System};
 use nalgebra::Vector3;
 
@@ -24,6 +25,47 @@ impl MassKind {
                 MassKind::Lumped => mass * f64::from(u8::from(i == j)) / 3.0,
             })
         })
+    }
+}
+
+/// Points and weights on the reference triangle, exact to degree 5 (Radon); the weights add up to 1/2.
+const RADON: [([f64; 2], f64); 7] = {
+    const A: f64 = 0.470_142_064_105_115_1;
+    const B: f64 = 0.101_286_507_323_456_3;
+    const WA: f64 = 0.066_197_076_394_253_1;
+    const WB: f64 = 0.062_969_590_272_413_6;
+    [
+        ([1.0 / 3.0, 1.0 / 3.0], 0.1125),
+        ([A, A], WA),
+        ([1.0 - 2.0 * A, A], WA),
+        ([A, 1.0 - 2.0 * A], WA),
+        ([B, B], WB),
+        ([1.0 - 2.0 * B, B], WB),
+        ([B, 1.0 - 2.0 * B], WB),
+    ]
+};
+
+impl MassKind {
+    /// Mass matrix of a quadratic triangle. `density`: mass per area of the reference triangle [kg] at the three integration points,
+    /// linear in between. Lumped: the consistent diagonal, scaled to the face's mass (Hinton, Rock and Zienkiewicz), which is positive where
+    /// row sums are not.
+    pub fn quadratic(self, density: [f64; 3]) -> [[f64; 6]; 6] {
+        let mut matrix = [[0.0; 6]; 6];
+        for (place, weight) in RADON {
+            let (n, l) = (shape(place), linear(place));
+            let mass = weight * (l[0] * density[0] + l[1] * density[1] + l[2] * density[2]);
+            for i in 0..6 {
+                for j in 0..6 {
+                    matrix[i][j] += mass * n[i] * n[j];
+                }
+            }
+        }
+        if self == MassKind::Consistent {
+            return matrix;
+        }
+        let total: f64 = matrix.iter().flatten().sum();
+        let trace: f64 = (0..6).map(|i| matrix[i][i]).sum();
+        std::array::from_fn(|i| std::array::from_fn(|j| if i == j { matrix[i][i] * total / trace } else { 0.0 }))
     }
 }
 
@@ -149,6 +191,10 @@ impl<const K: usize, const N: usize> Potential for Inertia<K, N> {
             self.scatter.add_hessian(face, &hessian, into);
         }
         energy
+    }
+
+    fn stiffness_along(&self, _x: &[f64], y: &[f64]) -> f64 {
+        2.0 * self.kinetic_energy(y) / (self.dt * self.dt)
     }
 
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {

@@ -4,12 +4,13 @@
 //! - `normal_component`: the part of a vector along the normal of a surface, with derivatives
 //! - `element`: what an element must offer; `linear_free`, `linear_average` and `quadratic` are the three there are
 //! - `energy`: the Koiter energy of any element, with damping, as a [`crate::sparse::Potential`]
-//! - `rest`: growth laws as functions of a point, and how an element interpolates them
+//! - `rest`: growth laws as functions of a point; `rest_linear` and `rest_quadratic`: how an element interpolates them
 //! - `mass`: inertia
 //! - `fields`: what is shown of a state: curvatures, strains, stresses, moments
 //!
 //! Nothing here reads a scene, a file or the time.
 
+mod director;
 mod element;
 mod energy;
 pub mod fields;
@@ -21,11 +22,16 @@ mod normal_component;
 mod quadratic;
 mod quadratic_shape;
 pub mod rest;
+mod rest_linear;
+mod rest_quadratic;
 
-pub use element::{Element, Strain, initial_directors};
+pub use director::{Director, initial_directors};
+pub use element::{Element, Strain};
 pub use energy::{Koiter, Material, Shell};
 pub use hinge::{Hinge, Measure};
 pub use linear_average::LinearAverage;
-pub use linear_free::{Director, LinearFree};
+pub use linear_free::LinearFree;
 pub use mass::{Inertia, Inertial, MassKind};
 pub use quadratic::QuadraticFree;
+pub use rest_linear::LinearInterpolation;
+pub use rest_quadratic::QuadraticInterpolation;

@@ -5,9 +5,9 @@
 //! locks in the thin limit. The second form is the surface's own, `n.r_ij`, and the hinges' at the edges, which correct it weakly.
 //! Everything depends on the nodes through vectors that are linear in them, so two small kernels and constant tables make the element.
 
-use super::element::{Element, Strain, orthonormal};
+use super::director::{Director, orthonormal};
+use super::element::{Element, Strain};
 use super::hinge::{Hinge, HingeCurvature, Measure};
-use super::linear_free::Director;
 use super::normal_component::TangentPlane;
 use super::quadratic_shape::{BEND, EDGE_NODES, EDGE_TANGENT, GAUSS, INNER, METRIC, OUTWARD, REGGE, SECOND, TANGENT};
 use crate::mesh::{Mesh, Topology};
@@ -94,10 +94,7 @@ impl QuadraticFree {
             for g in 0..2 {
                 let tangent = edge_tangent(g, &a, &b, &midpoints[e]);
                 let p = &mut element.directors[2 * e + g];
-                *p = orthonormal(p, &tangent).unwrap_or(*p);
-                if let Director::Held(direction) = support {
-                    *p = orthonormal(direction, &tangent).unwrap_or(*p);
-                }
+                *p = support.reference(orthonormal(p, &tangent).unwrap_or(*p), &tangent);
             }
         }
         element
@@ -227,6 +224,10 @@ impl Element<24, 3> for QuadraticFree {
         let curvatures =
             std::array::from_fn(|i| std::array::from_fn(|g| hinges[i][g].curvature(self.measure, signs[i], u[18 + 2 * i + g])));
         QuadraticGeometry { nodes, tangents, planes, second, hinges, curvatures, signs }
+    }
+
+    fn tangents(&self, g: &QuadraticGeometry) -> [[Vector3<f64>; 2]; 3] {
+        g.tangents
     }
 
     #[inline]

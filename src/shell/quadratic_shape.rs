@@ -10,7 +10,7 @@ use super::linear_free::{OUTWARD as OUTWARD_DIRECTION, TANGENT as EDGE_DIRECTION
 pub(super) const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 /// Interior integration points.
-const POINTS: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
+pub(super) const POINTS: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
 
 /// Corners of the reference triangle.
 const CORNERS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -46,8 +46,14 @@ pub(super) const REGGE: [[f64; 9]; 9] = invert(conditions());
 /// the component.
 pub(super) const METRIC: [[[f64; 6]; 6]; 9] = metric();
 
+/// Shape functions at a place.
+pub(super) const fn shape([x, y]: [f64; 2]) -> [f64; 6] {
+    let z = 1.0 - x - y;
+    [z * (2.0 * z - 1.0), x * (2.0 * x - 1.0), y * (2.0 * y - 1.0), 4.0 * x * y, 4.0 * z * y, 4.0 * z * x]
+}
+
 /// Derivatives of the shape functions in x and y.
-const fn gradient([x, y]: [f64; 2]) -> [[f64; 6]; 2] {
+pub(super) const fn gradient([x, y]: [f64; 2]) -> [[f64; 6]; 2] {
     let z = 1.0 - x - y;
     [
         [1.0 - 4.0 * z, 4.0 * x - 1.0, 0.0, 4.0 * y, -4.0 * y, 4.0 * (z - x)],
@@ -56,7 +62,7 @@ const fn gradient([x, y]: [f64; 2]) -> [[f64; 6]; 2] {
 }
 
 /// Place of Gauss point `g` of edge `i`.
-const fn edge_point(i: usize, g: usize) -> [f64; 2] {
+pub(super) const fn edge_point(i: usize, g: usize) -> [f64; 2] {
     let (a, b, t) = (CORNERS[(i + 1) % 3], CORNERS[(i + 2) % 3], GAUSS[g]);
     [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
 }
@@ -79,7 +85,7 @@ const fn at_edges(directions: &[[f64; 2]; 3]) -> [[[f64; 6]; 2]; 3] {
 }
 
 /// `l_k` at a place.
-const fn linear([x, y]: [f64; 2]) -> [f64; 3] {
+pub(super) const fn linear([x, y]: [f64; 2]) -> [f64; 3] {
     [5.0 / 3.0 - 2.0 * x - 2.0 * y, 2.0 * x - 1.0 / 3.0, 2.0 * y - 1.0 / 3.0]
 }
 

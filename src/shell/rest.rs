@@ -1,9 +1,9 @@
-//! Rest forms: growth laws as functions of a point, and how a linear element interpolates them (seed A, section 3; PHYSICS A3).
+//! Rest forms: growth laws as functions of a point (seed A, section 3; PHYSICS A3).
 //!
-//! A [`Law`] says what the rest forms are at one place of one face. The rest metric of a face is built from the rest lengths of its
-//! edges, on which both faces of an edge agree, so that a smooth law does not prestress the sheet by its mesh. Nothing here stores time.
+//! A [`Law`] says what the rest forms are at one place of one face. An [`Interpolation`] asks it where an element needs it, so that a smooth
+//! law does not prestress the sheet by its mesh; there is one per kind of element, in files of their own. Nothing here stores time.
 
-use crate::mesh::{Mesh, Topology};
+use crate::mesh::Mesh;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// First and second form by components 11, 12, 22 in a face's barycentric basis (v1 - v0, v2 - v0).
@@ -77,7 +77,7 @@ pub struct Linear {
 }
 
 /// Value of the form (11, 12, 22) on two vectors.
-fn on(form: &[f64; 3], u: Vector2<f64>, v: Vector2<f64>) -> f64 {
+pub(super) fn on(form: &[f64; 3], u: Vector2<f64>, v: Vector2<f64>) -> f64 {
     form[0] * u.x * v.x + form[1] * (u.x * v.y + u.y * v.x) + form[2] * u.y * v.y
 }
 
@@ -131,8 +131,10 @@ impl Law for Linear {
 /// `Q M Q^-1` with `Q = [d d_perp]` and `M = diag(along, across)`: the stretch of a tangent vector in barycentric components. Seed A writes `T`
 /// where the formula needs its inverse (PHYSICS A3).
 fn fibre_stretch(a0: &[f64; 3], d: [f64; 2], along: f64, across: f64) -> Matrix2<f64> {
-    let d = Vector2::new(d[0], d[1]);
     let metric = Matrix2::new(a0[0], a0[1], a0[1], a0[2]);
+    // Unit in the metric of the face; that of the place differs where the face is curved.
+    let d = Vector2::new(d[0], d[1]);
+    let d = d / d.dot(&(metric * d)).sqrt();
     let ad = metric * d;
     let perp = Vector2::new(-ad.y, ad.x);
     let perp = perp / perp.dot(&(metric * perp)).sqrt();
@@ -164,69 +166,25 @@ pub fn machine_direction(mesh: &Mesh, vector: impl Fn(&Vector3<f64>) -> Vector3<
         .collect()
 }
 
-/// How a law becomes the rest metric of a linear face.
+/// How a law becomes the rest metric of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
-    /// From the rest lengths of the edges.
+    /// In the element's own strain space: both faces of an edge agree about its rest length.
     Edges,
-    /// From the law at the centroid (seed A).
+    /// The law's value at each integration point (seed A). Prestresses the sheet by its mesh.
     Centroid,
 }
 
-/// Gauss points and weights on [0, 1], exact to degree 5.
-const GAUSS: [(f64, f64); 3] = [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+/// How an element makes rest forms of a law.
+pub trait Interpolation {
+    /// Rest forms at a time [s], one per integration point. Errors: the face and what is impossible there.
+    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, String>;
+}
 
-/// Rest forms of the linear element, one per face, at a time [s].
-///
-/// `initial`: initial forms per face. `thickness`: [m] per face. With [`Sampling::Edges`] each edge's rest length is
-/// `int sqrt(t.abar.t)`, `t.abar.t` being the mean of its faces', and `abar` the metric with these lengths; `bbar` is the law's at the
-/// centroid. Errors: the face and what is impossible there.
-pub fn linear_element_forms(
-    mesh: &Mesh,
-    topology: &Topology,
-    law: &dyn Law,
-    sampling: Sampling,
-    initial: &[Forms],
-    thickness: impl Fn(usize) -> f64,
-    time: f64,
-) -> Result<Vec<Forms>, String> {
-    let site = |face: usize, position: Vector3<f64>| {
-        let [v0, v1, v2] = mesh.faces[face].map(|v| mesh.vertices[v]);
-        Site { face, position, tangents: [v1 - v0, v2 - v0], initial: initial[face], thickness: thickness(face) }
-    };
-    let ask = |face: usize, position: Vector3<f64>| law.forms(&site(face, position), time).map_err(|e| format!("face {face}: {e}"));
-    let mut forms = Vec::with_capacity(mesh.faces.len());
-    for (f, face) in mesh.faces.iter().enumerate() {
-        forms.push(ask(f, face.iter().map(|v| mesh.vertices[*v]).sum::<Vector3<f64>>() / 3.0)?);
-    }
-    if sampling == Sampling::Edges {
-        let mut lengths = Vec::with_capacity(topology.edges.len());
-        for (edge, faces) in topology.edges.iter().zip(&topology.edge_faces) {
-            let [p, q] = edge.map(|v| mesh.vertices[v]);
-            let mut length = 0.0;
-            for (s, weight) in GAUSS {
-                let (mut square, mut count) = (0.0, 0.0);
-                for side in faces.iter().flatten() {
-                    let t = super::linear_free::TANGENT[side.local];
-                    let t = Vector2::new(t[0], t[1]);
-                    square += on(&ask(side.face, p * (1.0 - s) + q * s)?.a, t, t);
-                    count += 1.0;
-                }
-                if !(square > 0.0) {
-                    let face = faces[0].map_or(0, |s| s.face);
-                    return Err(format!("face {face}: the rest metric gives an edge the squared length {square}, which must be > 0"));
-                }
-                length += weight * (square / count).sqrt();
-            }
-            lengths.push(length);
-        }
-        for (form, edges) in forms.iter_mut().zip(&topology.face_edges) {
-            let [l0, l1, l2] = edges.map(|e| lengths[e] * lengths[e]);
-            form.a = [l2, 0.5 * (l1 + l2 - l0), l1];
-        }
-    }
+/// The forms, if they can all be those of a shell; else the first face (of `points` integration points each) where they cannot.
+pub(super) fn admissible(forms: Vec<Forms>, points: usize) -> Result<Vec<Forms>, String> {
     match forms.iter().position(|f| !f.is_admissible()) {
-        Some(f) => Err(format!("face {f}: the rest metric {:?} (11, 12, 22 in m2) is not positive definite", forms[f].a)),
+        Some(k) => Err(format!("face {}: the rest metric {:?} (11, 12, 22 in m2) is not positive definite", k / points, forms[k].a)),
         None => Ok(forms),
     }
 }

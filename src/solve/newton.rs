@@ -65,10 +65,19 @@ pub struct Newton {
     solution: Vec<f64>,
     trial: Vec<f64>,
     counters: Counters,
+    /// Whether a first matrix has shown that nothing moves without resistance.
+    is_held: bool,
 }
+
+/// Share of the matrix below which the stiffness of a direction is that of a mechanism. A thickness of 1e-6 of the span leaves 1e-17 on fine
+/// meshes; round-off leaves mechanisms of shells thicker than 1e-4 of the span below 1e-19.
+const MECHANISM: f64 = 1e-18;
 
 /// Share of the predicted decrease that a step of the line search must bring.
 const ARMIJO: f64 = 1e-4;
+
+/// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
+const TEAR: f64 = 1e-2;
 
 impl Newton {
     /// Analyses the couplings of `potentials` with the `held` unknowns left out, and binds them.
@@ -92,6 +101,7 @@ impl Newton {
             solution,
             trial: vec![0.0; all],
             counters: Counters::default(),
+            is_held: false,
         })
     }
 
@@ -134,6 +144,11 @@ impl Newton {
             Err(failure) => log::debug!("mixed iteration: {failure:?}; descending on the energy"),
         }
         x.copy_from_slice(&start);
+        // Descent starts with the supports moved and all else left behind. Where that tears the shell it would settle in a wrong valley.
+        let reach = moved.iter().filter(|(i, _)| *i < self.settings.lengths).fold(0.0f64, |m, (_, d)| m.max(d.abs()));
+        if reach > TEAR * self.settings.diameter {
+            return Err(Failure::NotContracting(reach));
+        }
         targets.iter().for_each(|&(i, value)| x[i] = value);
         self.descend(potentials, x).inspect_err(|_| x.copy_from_slice(&start))
     }
@@ -203,6 +218,14 @@ impl Newton {
             self.counters.newton_iterations += 1;
             let residual = self.residual();
             let negative_pivots = self.solve_linear(Kind::Ldlt)?;
+            if !self.is_held {
+                let (share, unknown) = self.softest(potentials, x);
+                log::trace!("softest direction: {share:e} of the matrix");
+                if share < MECHANISM {
+                    return Err(Failure::Mechanism(self.numbering.unknowns()[unknown] as usize));
+                }
+                self.is_held = true;
+            }
             if moving {
                 moved.iter().for_each(|&(i, d)| self.dx[i] = d);
             }
@@ -223,6 +246,45 @@ impl Newton {
             }
         }
         Err(Failure::NotContracting(movement))
+    }
+
+    /// The softest direction `y` of the matrix `H` last factorised, by inverse iteration: its stiffness over `|y|.|H| |y|`, and the unknown
+    /// that moves most in it.
+    ///
+    /// A mechanism's zero pivot may be hidden by what elimination adds to it, and `y.H y` by its round-off; potentials form the stiffness
+    /// along `y` from strains, whose round-off enters squared.
+    fn softest(&mut self, potentials: &[&mut dyn Potential], x: &[f64]) -> (f64, usize) {
+        let (start, rows, values) = (&self.pattern.column_start, &self.pattern.row, &self.system.matrix);
+        let diagonal: Vec<f64> = start[..start.len() - 1].iter().map(|s| values[*s as usize].abs()).collect();
+        // Numbers without any symmetry, weighted so that lengths and angles count alike.
+        let mut y: Vec<f64> = diagonal.iter().enumerate().map(|(i, d)| d.sqrt() * ((0.618 * i as f64).fract() - 0.5)).collect();
+        let mut largest = 0;
+        for round in 0..3 {
+            if round > 0 {
+                y.iter_mut().zip(&diagonal).for_each(|(y, d)| *y *= d);
+            }
+            self.cholesky.solve(&mut y);
+            let weight = |i: usize| y[i] * y[i] * diagonal[i];
+            largest = (0..y.len()).max_by(|a, b| weight(*a).total_cmp(&weight(*b))).unwrap_or(0);
+            let size = weight(largest).sqrt();
+            if !(size.is_finite() && size > 0.0) {
+                return (0.0, largest);
+            }
+            y.iter_mut().for_each(|y| *y /= size);
+        }
+        let mut bound = 0.0;
+        for j in 0..y.len() {
+            for k in start[j] as usize..start[j + 1] as usize {
+                let i = rows[k] as usize;
+                bound += (values[k] * y[i] * y[j]).abs() * if i == j { 1.0 } else { 2.0 };
+            }
+        }
+        let mut direction = vec![0.0; x.len()];
+        for (value, &unknown) in y.iter().zip(self.numbering.unknowns()) {
+            direction[unknown as usize] = *value;
+        }
+        let value: f64 = potentials.iter().map(|p| p.stiffness_along(x, &direction)).sum();
+        (value / bound, largest)
     }
 
     /// Descent on the energy with a positive semidefinite Hessian, then mixed iterations near the minimum.

@@ -85,16 +85,16 @@ impl Cholesky {
             Some(perm) => perm.arrays().0[index] as usize,
             None => index,
         };
-        // The library counts the failed column from one where it works without supernodes.
+        // The factorisation counts a failed column from 1 where it is simplicial, from 0 where it is supernodal.
         let failed = |index: usize| match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(_) => index.saturating_sub(1),
-            SymbolicCholeskyRaw::Supernodal(_) => index,
+            SymbolicCholeskyRaw::Simplicial(_) => unknown(index.saturating_sub(1)),
+            SymbolicCholeskyRaw::Supernodal(_) => unknown(index),
         };
         match kind {
             Kind::Llt => {
                 self.symbolic
                     .factorize_numeric_llt(&mut self.values, a, Side::Lower, LltRegularization::default(), Par::Seq, stack, Spec::default())
-                    .map_err(|LltError::NonPositivePivot { index }| Pivot { unknown: unknown(failed(index)), zero: false })?;
+                    .map_err(|LltError::NonPositivePivot { index }| Pivot { unknown: failed(index), zero: false })?;
                 Ok(Refactored { negative_pivots: 0 })
             }
             Kind::Ldlt => {
@@ -108,7 +108,7 @@ impl Cholesky {
                         stack,
                         Spec::default(),
                     )
-                    .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: unknown(failed(index)), zero: true })?;
+                    .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: failed(index), zero: true })?;
                 self.scale.fill(0.0);
                 for j in 0..n {
                     for k in pattern.column_start[j] as usize..pattern.column_start[j + 1] as usize {

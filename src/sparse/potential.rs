@@ -31,6 +31,11 @@ pub trait Potential {
     /// Adds the gradient at `x` alone; returns the energy [J].
     fn gradient(&self, x: &[f64], into: &mut System) -> f64;
 
+    /// Stiffness `y.H y` along a direction of all unknowns, without the part of present stresses, formed so that its round-off is squared.
+    fn stiffness_along(&self, _x: &[f64], _y: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Called before each iteration; may exchange unknowns for equivalent ones (directors), which leaves the state as it is.
     fn prepare(&mut self, _x: &mut [f64]) {}
 

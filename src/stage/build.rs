@@ -9,8 +9,11 @@ use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
 use crate::model::{HeldUnknown, Load, Motion, Parts, Ramp, RestDriver, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
-use crate::shell::rest::{Law, Linear, Pullback, Sampling, ScalarField};
-use crate::shell::{Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, MassKind, Measure, Shell};
+use crate::shell::rest::{Interpolation, Law, Linear, Pullback, Sampling, ScalarField};
+use crate::shell::{
+    Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, LinearInterpolation, MassKind, Measure, QuadraticFree,
+    QuadraticInterpolation, Shell,
+};
 use nalgebra::Vector3;
 
 /// Values of all the variables of an expression at a place and time, picked by its list of names.
@@ -59,17 +62,20 @@ pub fn axis_index(axis: Axis) -> usize {
 /// The shell's energy over the element that the scene names.
 pub fn shell(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Box<dyn Shell> {
     let mut supports = vec![Director::Free; topology.edges.len()];
-    for (edge, p) in &setup.held_directors {
-        supports[*edge] = Director::Held(*p);
-    }
+    setup.held_directors.iter().for_each(|(edge, support)| supports[*edge] = *support);
     let (materials, viscosity) = (setup.materials.clone(), scene.shell.viscosity);
-    let free = |measure| -> Box<dyn Shell> {
-        Box::new(Koiter::new(LinearFree::new(mesh, topology, measure, &supports), materials.clone(), viscosity))
+    let measure = match scene.shell.director {
+        scene::Director::Average => return Box::new(Koiter::new(LinearAverage::new(mesh, topology, &supports), materials, viscosity)),
+        scene::Director::FreeSin => Measure::Sin,
+        scene::Director::FreeTan => Measure::Tan,
+        scene::Director::FreeAngle => Measure::Angle,
     };
-    match scene.shell.director {
-        scene::Director::Average => Box::new(Koiter::new(LinearAverage::new(mesh, topology, &supports), materials, viscosity)),
-        scene::Director::FreeSin => free(Measure::Sin),
-        scene::Director::FreeTan => free(Measure::Tan),
+    match scene.shell.element {
+        scene::Element::Linear => Box::new(Koiter::new(LinearFree::new(mesh, topology, measure, &supports), materials, viscosity)),
+        scene::Element::Quadratic => {
+            let element = QuadraticFree::new(mesh, topology, &mesh.midpoints, measure, &supports);
+            Box::new(Koiter::new(element, materials, viscosity))
+        }
     }
 }
 
@@ -112,31 +118,72 @@ pub fn rest(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> R
         scene::Sampling::Edges => Sampling::Edges,
         scene::Sampling::Centroid => Sampling::Centroid,
     };
+    let (mesh, topology, initial) = (mesh.clone(), topology.clone(), setup.initial_forms.clone());
     let thickness = setup.materials.iter().map(|m| m.thickness).collect();
-    Ok(Some(RestDriver::new(mesh.clone(), topology.clone(), law, changes, sampling, ramp, thickness, setup.initial_forms.clone())))
+    let interpolation: Box<dyn Interpolation> = match scene.shell.element {
+        scene::Element::Linear => Box::new(LinearInterpolation { mesh, topology, sampling, initial, thickness }),
+        scene::Element::Quadratic => Box::new(QuadraticInterpolation { mesh, topology, sampling, initial, thickness }),
+    };
+    Ok(Some(RestDriver::new(law, changes, interpolation, ramp, setup.initial_forms.clone())))
 }
 
-/// Mass of each face [kg]: thickness, density and rest area at the start. Empty where the scene has no density.
-fn face_masses(setup: &Setup) -> Vec<f64> {
-    let area = |a: [f64; 3]| 0.5 * (a[0] * a[2] - a[1] * a[1]).sqrt();
-    setup.densities.iter().zip(&setup.materials).zip(&setup.rest_forms).map(|((rho, m), f)| rho * m.thickness * area(f.a)).collect()
+/// Nodes and mass matrices of all faces, and the mass that each node carries [kg].
+struct Masses {
+    inertia: Box<dyn Inertial>,
+    nodes: Vec<f64>,
 }
 
-/// The whole model at its start.
-pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<ShellModel> {
-    let masses = face_masses(setup);
+/// Masses by thickness, density and rest area at the start; none where the scene has no density.
+fn masses(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Option<Masses> {
     let kind = match scene.shell.mass {
         scene::Mass::Consistent => MassKind::Consistent,
         scene::Mass::Lumped => MassKind::Lumped,
     };
+    let root = |a: [f64; 3]| (a[0] * a[2] - a[1] * a[1]).sqrt();
+    let per_area: Vec<f64> = setup.densities.iter().zip(&setup.materials).map(|(rho, m)| rho * m.thickness).collect();
+    if per_area.is_empty() {
+        return None;
+    }
+    let mut nodes = vec![0.0; mesh.vertices.len() + mesh.midpoints.len()];
+    match scene.shell.element {
+        scene::Element::Linear => {
+            let matrices: Vec<_> = per_area.iter().zip(&setup.rest_forms).map(|(m, f)| kind.linear(0.5 * m * root(f.a))).collect();
+            carry(&mut nodes, &mesh.faces, &matrices);
+            Some(Masses { inertia: Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), matrices)), nodes })
+        }
+        scene::Element::Quadratic => {
+            let matrices: Vec<_> = per_area
+                .iter()
+                .zip(setup.rest_forms.chunks_exact(3))
+                .map(|(m, f)| kind.quadratic(std::array::from_fn(|k| m * root(f[k].a))))
+                .collect();
+            let faces: Vec<[usize; 6]> = (0..mesh.faces.len())
+                .map(|f| {
+                    std::array::from_fn(|p| if p < 3 { mesh.faces[f][p] } else { mesh.vertices.len() + topology.face_edges[f][p - 3] })
+                })
+                .collect();
+            carry(&mut nodes, &faces, &matrices);
+            Some(Masses { inertia: Box::new(Inertia::<6, 18>::new(faces, matrices)), nodes })
+        }
+    }
+}
+
+/// Adds to each node the mass that its shape function carries: the row sums.
+fn carry<const K: usize>(nodes: &mut [f64], faces: &[[usize; K]], matrices: &[[[f64; K]; K]]) {
+    for (face, matrix) in faces.iter().zip(matrices) {
+        face.iter().zip(matrix).for_each(|(node, row)| nodes[*node] += row.iter().sum::<f64>());
+    }
+}
+
+/// The whole model at its start.
+pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<ShellModel> {
+    let masses = masses(scene, mesh, topology, setup);
+    let positions = mesh.nodes();
     let mut loads = Vec::new();
     if let Some(table) = &scene.gravity {
-        let mut nodes = vec![0.0; mesh.vertices.len()];
-        for (face, mass) in mesh.faces.iter().zip(&masses) {
-            face.iter().for_each(|v| nodes[*v] += mass / 3.0);
-        }
         let g = Vector3::from(table.acceleration);
-        let potential = DeadLoad::new(nodes.iter().map(|mass| g * *mass).enumerate().collect());
+        let carried = masses.as_ref().map_or(&[][..], |m| &m.nodes);
+        let potential = DeadLoad::new(carried.iter().map(|mass| g * *mass).enumerate().collect());
         let factor = load_factor(scene, "gravity.factor", &table.factor)?;
         loads.push(Load { key: "gravity.factor", energy_name: "gravity_energy_J", potential, factor });
     }
@@ -144,12 +191,12 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         .held
         .iter()
         .map(|h| {
-            let start = if h.unknown < 3 * mesh.vertices.len() { mesh.vertices[h.unknown / 3][h.unknown % 3] } else { 0.0 };
+            let start = positions.get(h.unknown / 3).map_or(0.0, |p| p[h.unknown % 3]);
             let motion: Option<Motion> = match h.pin.and_then(|pin| pin_motion(scene, pin, h.unknown % 3)) {
                 None => None,
                 Some(expr) => {
                     let parsed = expression("pin.motion", expr, scene::POSITION_AND_TIME)?;
-                    let p = mesh.vertices[h.unknown / 3];
+                    let p = positions[h.unknown / 3];
                     Some(Box::new(move |t| parsed.eval(&[p.x, p.y, p.z, t])))
                 }
             };
@@ -158,15 +205,13 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         .collect::<Result<Vec<_>>>()?;
     let parts = Parts {
         shell: shell(scene, mesh, topology, setup),
-        inertia: scene.dynamics.as_ref().map(|_| -> Box<dyn Inertial> {
-            Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), masses.iter().map(|mass| kind.linear(*mass)).collect()))
-        }),
+        inertia: if scene.dynamics.is_some() { masses.map(|m| m.inertia) } else { None },
         loads,
         rest: rest(scene, mesh, topology, setup)?,
         initial_forms: setup.initial_forms.clone(),
         held,
-        positions: mesh.vertices.clone(),
-        velocities: velocities(scene, mesh)?,
+        velocities: velocities(scene, &positions)?,
+        positions,
     };
     ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)
 }
@@ -186,25 +231,25 @@ pub fn pin_motion(scene: &Scene, pin: usize, axis: usize) -> Option<&Expr> {
     [&motion.x, &motion.y, &motion.z][axis].as_ref()
 }
 
-/// Initial velocity of each vertex [m/s]; empty in statics.
-fn velocities(scene: &Scene, mesh: &Mesh) -> Result<Vec<Vector3<f64>>> {
+/// Initial velocity of each node [m/s]; empty in statics.
+fn velocities(scene: &Scene, nodes: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>> {
     let Some(dynamics) = &scene.dynamics else { return Ok(Vec::new()) };
-    let Some(exprs) = &dynamics.velocity else { return Ok(vec![Vector3::zeros(); mesh.vertices.len()]) };
+    let Some(exprs) = &dynamics.velocity else { return Ok(vec![Vector3::zeros(); nodes.len()]) };
     let fields = exprs.iter().map(|e| field("dynamics.velocity", e, scene::PLACE)).collect::<Result<Vec<_>>>()?;
     let velocities: Vec<Vector3<f64>> =
-        mesh.vertices.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
+        nodes.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
     match velocities.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
         Some(v) => Err(Error::input("dynamics.velocity", format!("is not finite at vertex {v}"))),
         None => Ok(velocities),
     }
 }
 
-/// Moisture at the two sides of each vertex [%] at a time, where the scene has any: top, bottom.
+/// Moisture at the two sides of each node [%] at a time, where the scene has any: top, bottom.
 pub fn moisture(scene: &Scene, mesh: &Mesh, time: f64) -> Result<Option<[Vec<f64>; 2]>> {
     let Some(linear) = scene.rest.as_ref().and_then(|r| r.linear.as_ref()) else { return Ok(None) };
     let side = |key: &str, expr: &Expr| -> Result<Vec<f64>> {
         let field = field(key, expr, scene::PLACE_AND_TIME)?;
-        Ok(mesh.vertices.iter().map(|p| field(p, time)).collect())
+        Ok(mesh.nodes().iter().map(|p| field(p, time)).collect())
     };
     Ok(Some([side("rest.linear.m_plus", &linear.m_plus)?, side("rest.linear.m_minus", &linear.m_minus)?]))
 }

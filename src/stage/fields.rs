@@ -37,6 +37,21 @@ fn field(name: &str, association: Association, components: usize, unit: &str, da
     Field { name: name.into(), association, components, unit: unit.into(), data }
 }
 
+/// Name, components and unit of each field of the faces.
+const NAMES: &[(&str, usize, &str); 11] = &[
+    ("principal_curvatures", 2, "1/m"),
+    ("principal_direction_1", 3, "1"),
+    ("principal_direction_2", 3, "1"),
+    ("mean_curvature", 1, "1/m"),
+    ("gauss_curvature", 1, "1/m2"),
+    ("membrane_strain", 6, "1"),
+    ("membrane_stress", 6, "Pa"),
+    ("bending_moment", 6, "N"),
+    ("membrane_energy_density", 1, "J/m2"),
+    ("bending_energy_density", 1, "J/m2"),
+    ("thickness", 1, "m"),
+];
+
 /// A symmetric tensor in VTK's order.
 fn symmetric(m: &Matrix3<f64>) -> [f64; 6] {
     [m[(0, 0)], m[(1, 1)], m[(2, 2)], m[(0, 1)], m[(1, 2)], m[(0, 2)]]
@@ -60,8 +75,8 @@ impl<'a> Fields<'a> {
             let data = snapshot.field(name).map(|f| f.data.as_slice()).filter(|d| d.len() == length);
             data.ok_or_else(|| Error::input("checkpoint", format!("field '{name}' is missing or not of this mesh")))
         };
-        let vertices = self.mesh.vertices.len();
-        let x = of("position", 3 * vertices)?;
+        let initial = self.mesh.nodes();
+        let x = of("position", 3 * initial.len())?;
         let points: Vec<Vector3<f64>> = x.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
         let mut all = x.to_vec();
         all.resize(self.shell.unknowns(), 0.0);
@@ -75,7 +90,7 @@ impl<'a> Fields<'a> {
             None => self.setup.initial_forms.clone(),
         };
         let point = |name: &str, n, unit: &str, data| field(name, Association::Node, n, unit, data);
-        let displacement = points.iter().zip(&self.mesh.vertices).flat_map(|(p, q)| (p - q).data.0[0]).collect();
+        let displacement = points.iter().zip(&initial).flat_map(|(p, q)| (p - q).data.0[0]).collect();
         let mut point_data = vec![point("displacement", 3, "m", displacement)];
         if let Some(velocity) = snapshot.field("velocity") {
             point_data.push(point("velocity", 3, "m/s", velocity.data.clone()));
@@ -83,67 +98,89 @@ impl<'a> Fields<'a> {
         if let Some([top, bottom]) = build::moisture(self.scene, self.mesh, snapshot.time)? {
             point_data.extend([point("moisture_top", 1, "%", top), point("moisture_bottom", 1, "%", bottom)]);
         }
-        let (cell_data, areas) = self.cells(&points, &all, &rest);
+        let (cell_data, areas) = self.cells(&all, &rest);
+        if !self.mesh.midpoints.is_empty() {
+            point_data.extend(self.averaged(&cell_data, &areas));
+        }
         Ok(State { points, point_data, cell_data, areas })
     }
 
-    /// Fields of the faces, and their rest areas.
-    fn cells(&self, points: &[Vector3<f64>], x: &[f64], rest: &[Forms]) -> (Vec<Field>, Vec<f64>) {
-        let forms = self.shell.forms(x);
+    /// Fields of the faces (means over their integration points), and their rest areas.
+    fn cells(&self, x: &[f64], rest: &[Forms]) -> (Vec<Field>, Vec<f64>) {
+        let (forms, tangents) = (self.shell.forms(x), self.shell.tangents(x));
         let per_face = self.shell.points();
         let mut columns: [Vec<f64>; 11] = Default::default();
         let mut directions = Vec::new();
         let mut areas = Vec::with_capacity(self.mesh.faces.len());
-        for (f, face) in self.mesh.faces.iter().enumerate() {
-            let [v0, v1, v2] = face.map(|v| points[v]);
-            let r = [v1 - v0, v2 - v0];
-            // Elements with several points show their mean.
-            let mean = |all: &[[f64; 6]]| -> Forms {
-                let m: [f64; 6] = std::array::from_fn(|i| all.iter().map(|e| e[i]).sum::<f64>() / all.len() as f64);
-                Forms { a: [m[0], m[1], m[2]], b: [m[3], m[4], m[5]] }
-            };
-            let range = per_face * f..per_face * (f + 1);
-            let rests: Vec<[f64; 6]> = rest[range.clone()].iter().map(|f| [f.a[0], f.a[1], f.a[2], f.b[0], f.b[1], f.b[2]]).collect();
-            let (now, rest) = (mean(&forms[range]), mean(&rests));
+        for f in 0..self.mesh.faces.len() {
             let material = &self.setup.materials[f];
-            let p = at_point(&r, &now, &rest, material);
-            areas.push(0.5 * (rest.a[0] * rest.a[2] - rest.a[1] * rest.a[1]).sqrt());
-            let values: [&[f64]; 11] = [
-                &p.principal_curvatures,
-                p.principal_directions[0].as_slice(),
-                p.principal_directions[1].as_slice(),
-                &[p.mean_curvature],
-                &[p.gauss_curvature],
-                &symmetric(&p.membrane_strain),
-                &symmetric(&p.membrane_stress),
-                &symmetric(&p.bending_moment),
-                &[p.membrane_energy_density],
-                &[p.bending_energy_density],
-                &[material.thickness],
-            ];
-            columns.iter_mut().zip(values).for_each(|(column, value)| column.extend_from_slice(value));
-            if let Some(d) = &self.setup.machine_direction {
-                directions.extend_from_slice((r[0] * d[f][0] + r[1] * d[f][1]).normalize().as_slice());
+            let mut sums: [[f64; 6]; 11] = Default::default();
+            let mut area = 0.0;
+            let mut direction = Vector3::zeros();
+            for (k, weight) in (per_face * f..per_face * (f + 1)).zip(self.shell.weights()) {
+                let e = forms[k];
+                let now = Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] };
+                let p = at_point(&tangents[k], &now, &rest[k], material);
+                area += weight * (rest[k].a[0] * rest[k].a[2] - rest[k].a[1] * rest[k].a[1]).sqrt();
+                // Directions have no sign of their own: those of the first point lead.
+                let lead = |sum: &[f64; 6], d: &Vector3<f64>| if sum[0] * d.x + sum[1] * d.y + sum[2] * d.z < 0.0 { -d } else { *d };
+                let (d1, d2) = (lead(&sums[1], &p.principal_directions[0]), lead(&sums[2], &p.principal_directions[1]));
+                let values: [&[f64]; 11] = [
+                    &p.principal_curvatures,
+                    d1.as_slice(),
+                    d2.as_slice(),
+                    &[p.mean_curvature],
+                    &[p.gauss_curvature],
+                    &symmetric(&p.membrane_strain),
+                    &symmetric(&p.membrane_stress),
+                    &symmetric(&p.bending_moment),
+                    &[p.membrane_energy_density],
+                    &[p.bending_energy_density],
+                    &[material.thickness],
+                ];
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    sum.iter_mut().zip(value).for_each(|(s, v)| *s += v / per_face as f64);
+                }
+                if let Some(d) = &self.setup.machine_direction {
+                    direction += tangents[k][0] * d[f][0] + tangents[k][1] * d[f][1];
+                }
+            }
+            areas.push(area);
+            for ((column, sum), (_, n, _)) in columns.iter_mut().zip(&mut sums).zip(NAMES) {
+                if *n == 3 {
+                    let norm = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
+                    sum.iter_mut().for_each(|s| *s /= norm);
+                }
+                column.extend_from_slice(&sum[..*n]);
+            }
+            if self.setup.machine_direction.is_some() {
+                directions.extend_from_slice(direction.normalize().as_slice());
             }
         }
-        const NAMES: [(&str, usize, &str); 11] = [
-            ("principal_curvatures", 2, "1/m"),
-            ("principal_direction_1", 3, "1"),
-            ("principal_direction_2", 3, "1"),
-            ("mean_curvature", 1, "1/m"),
-            ("gauss_curvature", 1, "1/m2"),
-            ("membrane_strain", 6, "1"),
-            ("membrane_stress", 6, "Pa"),
-            ("bending_moment", 6, "N"),
-            ("membrane_energy_density", 1, "J/m2"),
-            ("bending_energy_density", 1, "J/m2"),
-            ("thickness", 1, "m"),
-        ];
         let mut cells: Vec<Field> =
             NAMES.iter().zip(columns).map(|((name, n, unit), data)| field(name, Association::Face, *n, unit, data)).collect();
         if !directions.is_empty() {
             cells.push(field("machine_direction", Association::Face, 3, "1", directions));
         }
         (cells, areas)
+    }
+
+    /// The fields of the faces at the nodes: means over the faces around, weighted by area. Directions, which have no mean, are left out.
+    fn averaged(&self, cells: &[Field], areas: &[f64]) -> Vec<Field> {
+        let faces = self.mesh.six_node_faces();
+        let nodes = self.mesh.vertices.len() + self.mesh.midpoints.len();
+        let mut weights = vec![0.0; nodes];
+        faces.iter().zip(areas).for_each(|(face, area)| face.iter().for_each(|n| weights[*n] += area));
+        let mean = |cell: &Field| {
+            let n = cell.components;
+            let mut data = vec![0.0; n * nodes];
+            for ((face, area), value) in faces.iter().zip(areas).zip(cell.data.chunks_exact(n)) {
+                for &node in face {
+                    value.iter().enumerate().for_each(|(c, v)| data[n * node + c] += area / weights[node] * v);
+                }
+            }
+            Field { association: Association::Node, data, ..cell.clone() }
+        };
+        cells.iter().filter(|c| c.components != 3).map(mean).collect()
     }
 }

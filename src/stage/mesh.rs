@@ -4,6 +4,7 @@ use super::Job;
 use super::build::{expression, place_values};
 use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archive};
 use crate::error::{Error, Result};
+use crate::mesh::midpoints::{self, Surface};
 use crate::mesh::{Mesh, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
 use nalgebra::Vector3;
@@ -36,7 +37,7 @@ pub fn path(job: &Job) -> PathBuf {
 /// Hash of what the stage's file is made from: its tables and the mesh file, if there is one.
 pub fn inputs(job: &Job) -> Result<String> {
     let json = |value: serde_json::Result<String>| value.map_err(|e| Error::input("scene", e.to_string()));
-    let regions = json(serde_json::to_string(&job.scene.regions))?;
+    let regions = json(serde_json::to_string(&(&job.scene.regions, job.scene.shell.element)))?;
     let mesh = match &job.scene.mesh {
         // The file counts by what is in it, not by where it is.
         MeshTable::File(table) => format!("{} {}", table.scale, hash::file(&beside(&job.scene_file, &table.path))?),
@@ -74,6 +75,17 @@ fn numbers(q: &Quality) -> BTreeMap<String, f64> {
 /// A path of a scene, which is relative to the scene's folder.
 fn beside(scene_file: &Path, path: &Path) -> PathBuf {
     scene_file.parent().unwrap_or(Path::new("")).join(path)
+}
+
+/// The surface on which the midpoints of a generated mesh lie. The faces of a file stay flat unless the file has midpoints of its own.
+fn surface(table: &MeshTable) -> Surface {
+    match table {
+        MeshTable::Rectangle(_) | MeshTable::Outline(_) | MeshTable::File(_) => Surface::Plane,
+        MeshTable::Disc(t) => Surface::Disc { radius: t.radius },
+        MeshTable::Annulus(_) => Surface::Annulus,
+        MeshTable::Cylinder(t) => Surface::Cylinder { radius: t.radius },
+        MeshTable::SphereCap(t) => Surface::Sphere { radius: t.radius },
+    }
 }
 
 /// Makes the mesh with all its regions, and warnings about it.
@@ -124,6 +136,14 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
         }
     };
     warnings.extend(validate::check(&mut mesh, &place)?);
+    if scene.shell.element == scene::Element::Quadratic {
+        if mesh.midpoints.is_empty() {
+            midpoints::place(&mut mesh, surface(&scene.mesh));
+        }
+    } else if !mesh.midpoints.is_empty() {
+        warnings.push("the linear element leaves out the midpoints of the mesh's edges".into());
+        mesh.midpoints.clear();
+    }
     for (i, table) in scene.regions.iter().enumerate() {
         let key = format!("region.{i}");
         if mesh.regions.contains_key(&table.name) {

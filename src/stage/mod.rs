@@ -10,6 +10,7 @@ pub mod report;
 pub mod run;
 pub mod setup;
 pub mod status;
+mod supports;
 
 use crate::case::atomic;
 use crate::error::{Error, Result};

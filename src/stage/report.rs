@@ -141,7 +141,7 @@ impl<'a> Case<'a> {
                 let vertex = vertex.ok_or_else(|| Error::input("report", "the mesh has no vertex"))?;
                 Ok(positions()?[vertex][axis] - self.mesh.vertices[vertex][axis])
             }
-            Measure::CylinderDistance { radius } => Ok(cylinder_distance(&self.mesh.vertices, &positions()?, *radius)),
+            Measure::CylinderDistance { radius } => Ok(cylinder_distance(&self.mesh.nodes(), &positions()?, *radius)),
             Measure::Field { name, component, statistic } => self.statistic(name, *component, *statistic, time),
             Measure::History { column } => self.last(column),
             Measure::NewtonIterations => Ok(self.last("newton_iterations")? + self.last("fallback_iterations")?),

@@ -1,17 +1,17 @@
 //! `setup`: materials, machine direction, supports, rest forms and the first state (`setup.h5`).
 
-use super::build::{self, axis_index, place_values};
+use super::build::{self, place_values};
+use super::supports;
 use super::{Job, mesh as mesh_stage};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
 use crate::model::StepFailure;
-use crate::scene::{self, Direction, PinDirector, Scene};
+use crate::scene::{self, Direction, Scene};
 use crate::shell::rest::{Forms, machine_direction};
-use crate::shell::{Material, initial_directors};
+use crate::shell::{Director, Material};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What `setup.h5` keeps: all that a run needs and that does not change during it.
@@ -29,8 +29,8 @@ pub struct Setup {
     pub machine_direction: Option<Vec<[f64; 2]>>,
     /// Held unknowns, ascending.
     pub held: Vec<Held>,
-    /// Edges whose directors are held, and along what.
-    pub held_directors: Vec<(usize, Vector3<f64>)>,
+    /// Edges whose directors are held, and how.
+    pub held_directors: Vec<(usize, Director)>,
     /// Number of free unknowns.
     pub free_unknowns: usize,
 }
@@ -38,7 +38,7 @@ pub struct Setup {
 /// One held unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Held {
-    /// Its number: three coordinates a vertex, then the angles of the edges.
+    /// Its number: three coordinates a node (vertices, then midpoints), then the angles of the edges.
     pub unknown: usize,
     /// The pin that moves it; none if it stays.
     pub pin: Option<usize>,
@@ -86,16 +86,16 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     let topology = Topology::new(&mesh.faces);
     let mut setup = Setup::default();
     set_materials(&mut setup, scene, mesh)?;
-    set_supports(&mut setup, scene, mesh, &topology)?;
+    (setup.held, setup.held_directors) = supports::find(scene, mesh, &topology)?;
     if let Some(table) = scene.rest.as_ref().and_then(|r| r.linear.as_ref()).and_then(|l| l.machine_direction.as_ref()) {
         setup.machine_direction = Some(set_direction(table, mesh)?);
     }
     let shell = build::shell(scene, mesh, &topology, &setup);
-    let mut x: Vec<f64> = mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    let mut x: Vec<f64> = mesh.nodes().iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(shell.unknowns(), 0.0);
     setup.initial_forms = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] }).collect();
     if let Some(f) = setup.initial_forms.iter().position(|f| !f.is_admissible()) {
-        return Err(Error::input("mesh", format!("face {f} has no area that can be computed with")));
+        return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / shell.points())));
     }
     setup.rest_forms = match build::rest(scene, mesh, &topology, &setup)? {
         Some(mut driver) => {
@@ -149,77 +149,6 @@ fn set_materials(setup: &mut Setup, scene: &Scene, mesh: &Mesh) -> Result<()> {
     Ok(())
 }
 
-fn set_supports(setup: &mut Setup, scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<()> {
-    let directors = initial_directors(mesh, topology);
-    let has_angles = scene.shell.director != scene::Director::Average;
-    let edge_of: BTreeMap<[usize; 2], usize> = topology.edges.iter().enumerate().map(|(e, pair)| (*pair, e)).collect();
-    let (mut held, mut held_directors) = (BTreeMap::<usize, Option<usize>>::new(), BTreeMap::new());
-    for (i, pin) in scene.pins.iter().enumerate() {
-        let key = format!("pin.{i}");
-        let region = region(mesh, &key, &pin.region)?;
-        if region.vertices.is_empty() {
-            return Err(Error::input(key, format!("region '{}' has no vertices", pin.region)));
-        }
-        for &v in &region.vertices {
-            for axis in &pin.components {
-                let axis = axis_index(*axis);
-                let mover = build::pin_motion(scene, i, axis).map(|_| i);
-                match held.insert(3 * v + axis, mover) {
-                    Some(before) if before.is_some() || mover.is_some() => {
-                        return Err(Error::input(
-                            key,
-                            format!(
-                                "coordinate {} of vertex {v} is held by another pin too, and one of them moves it",
-                                ["x", "y", "z"][axis]
-                            ),
-                        ));
-                    }
-                    _ => {}
-                }
-            }
-        }
-        let Some(support) = &pin.director else { continue };
-        if region.edges.is_empty() {
-            return Err(Error::input(
-                format!("{key}.director"),
-                format!("region '{}' has no edges whose directors could be held", pin.region),
-            ));
-        }
-        for pair in &region.edges {
-            let Some(&e) = edge_of.get(pair) else { continue };
-            let direction = match support {
-                PinDirector::Clamped => directors[e],
-                PinDirector::Symmetry(normal) => in_plane_normal(mesh, pair, Vector3::from(*normal), &directors[e])
-                    .map_err(|m| Error::input(format!("{key}.director"), m))?,
-            };
-            held_directors.insert(e, direction);
-            if has_angles {
-                held.insert(3 * mesh.vertices.len() + e, None);
-            }
-        }
-    }
-    setup.held = held.into_iter().map(|(unknown, pin)| Held { unknown, pin }).collect();
-    setup.held_directors = held_directors.into_iter().collect();
-    Ok(())
-}
-
-/// Unit normal of an edge within a plane of symmetry, on the side of the surface's normal.
-fn in_plane_normal(mesh: &Mesh, [a, b]: &[usize; 2], normal: Vector3<f64>, director: &Vector3<f64>) -> Result<Vector3<f64>, String> {
-    let (normal, t) = (normal.normalize(), (mesh.vertices[*b] - mesh.vertices[*a]).normalize());
-    if t.dot(&normal).abs() > 1e-6 {
-        return Err(format!(
-            "the edge from vertex {a} to vertex {b} does not lie in the plane of symmetry with normal ({}, {}, {})",
-            normal.x, normal.y, normal.z
-        ));
-    }
-    let p = normal.cross(&t);
-    let side = p.dot(director);
-    if side.abs() < 1e-3 {
-        return Err(format!("the surface is tangent to the plane of symmetry at the edge from vertex {a} to vertex {b}"));
-    }
-    Ok(p * side.signum())
-}
-
 fn set_direction(table: &Direction, mesh: &Mesh) -> Result<Vec<[f64; 2]>> {
     let key = "rest.linear.machine_direction";
     match table {
@@ -267,11 +196,13 @@ impl Setup {
             );
         }
         if !self.held_directors.is_empty() {
+            let plane = |support: &Director| match support {
+                Director::Symmetry(normal) => *normal,
+                _ => Vector3::zeros(),
+            };
             put("held_director_edges", Array::indices(self.held_directors.iter().map(|(e, _)| *e), 1));
-            put(
-                "held_directors",
-                Array::rows(self.held_directors.iter().flat_map(|(_, p)| [p.x, p.y, p.z]).collect(), 3).with("unit", "1"),
-            );
+            let planes = self.held_directors.iter().flat_map(|(_, support)| plane(support).data.0[0]).collect();
+            put("held_director_planes", Array::rows(planes, 3).with("meaning", "normal of the plane of symmetry; 0 where clamped"));
         }
         archive
     }
@@ -287,7 +218,8 @@ impl Setup {
             Ok(real(name)?.chunks_exact(6).map(|r| Forms { a: [r[0], r[1], r[2]], b: [r[3], r[4], r[5]] }).collect())
         };
         let optional = |name: &str| if archive.arrays.contains_key(name) { real(name).map(Some) } else { Ok(None) };
-        let directors = optional("held_directors")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
+        let planes = optional("held_director_planes")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
+        let supports = planes.map(|normal| if normal == Vector3::zeros() { Director::Clamped } else { Director::Symmetry(normal) });
         Ok(Setup {
             materials: real("material")?
                 .chunks_exact(3)
@@ -298,7 +230,7 @@ impl Setup {
             rest_forms: forms("rest_forms")?,
             machine_direction: optional("machine_direction")?.map(|d| d.chunks_exact(2).map(|d| [d[0], d[1]]).collect()),
             held: whole("held_unknowns")?.chunks_exact(2).map(|h| Held { unknown: h[0], pin: h[1].checked_sub(1) }).collect(),
-            held_directors: whole("held_director_edges")?.into_iter().zip(directors).collect(),
+            held_directors: whole("held_director_edges")?.into_iter().zip(supports).collect(),
             free_unknowns: archive.numbers.get("free_unknowns").map_or(0, |n| *n as usize),
         })
     }

@@ -284,6 +284,9 @@ fn bad_outlines_are_refused_with_their_corner() {
     // A corner on another side, and a side that runs back along another.
     refused(outline(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [0.0, 1.0]], &[], t), &["meets another side or corner"]);
     refused(outline(&[[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]], &[], t), &["meets another side or corner"]);
+    // Exactly, the corner (0, 5e-5) lies beside the side it should lie on; the face between them is rounding alone.
+    let touching = [[-2.5e-5, 0.0], [0.0, 2.5e-5], [-5e-5, 7.500000000000001e-5], [-2.5e-5, 5e-5]];
+    refused(outline(&touching, &[], Triangulation { size: 2.5e-4, ..t }), &["mesh.outline.points"]);
     refused(outline(&square, &[hole(2.0, 2.0, 0.1)], t), &["mesh.outline.holes[0]", "outside"]);
     refused(outline(&square, &[hole(0.9, 0.5, 0.3)], t), &["meets another side"]);
     refused(outline(&square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.1)], t), &["mesh.outline.holes[1]", "inside mesh.outline.holes[0]"]);

@@ -127,7 +127,45 @@ fn legacy_vtk_with_quads_and_data_arrays() {
     let (mesh, warnings) = read("vtk", text.as_bytes(), 1.0).unwrap();
     assert_eq!(mesh.faces, [[0, 1, 2], [0, 2, 3], [1, 4, 2]]);
     assert_eq!(warnings.len(), 2, "{warnings:?}");
-    assert!(refusal("vtk", text.replace("\n5\n", "\n10\n").replace("3 1 4 2", "4 1 4 2 0").replace("3 12", "3 13")).contains("Tetra"));
+    assert!(
+        refusal("vtk", text.replace("\n5\n", "\n10\n").replace("3 1 4 2", "4 1 4 2 0").replace("3 12", "3 13"))
+            .contains("cell 1: a tetrahedron (type 10)")
+    );
+}
+
+/// Files that VTK itself wrote, from `data/mesh`.
+fn files_of_vtk() -> Vec<std::path::PathBuf> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/mesh");
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files: Vec<_> = paths.filter(|path| path.extension().is_some_and(|e| e != "md")).collect();
+    assert_eq!(files.len(), 7);
+    files
+}
+
+#[test]
+fn files_of_vtk_hold_the_same_mesh() {
+    let meshes: Vec<_> = files_of_vtk().iter().map(|path| import::read(path, 1.0).unwrap_or_else(|e| panic!("{e}"))).collect();
+    let (expected, _) = &meshes[0];
+    assert_eq!((expected.vertices.len(), expected.faces.len()), (25, 32));
+    assert!((thinshell::mesh::Quality::of(expected).total_area - 1.0).abs() < 1e-6);
+    assert!(meshes.iter().all(|(mesh, warnings)| mesh == expected && warnings.is_empty()));
+}
+
+#[test]
+fn damaged_files_of_vtk_never_panic() {
+    for path in files_of_vtk() {
+        let extension = path.extension().unwrap().to_str().unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        for k in 0..400 {
+            let mut damaged = bytes.clone();
+            let at = k * 7919 % bytes.len();
+            damaged[at] = damaged[at].wrapping_add(1 + (k % 255) as u8);
+            damaged.truncate(if k % 3 == 0 { bytes.len() - k } else { bytes.len() });
+            if let Ok((mut mesh, _)) = read(extension, &damaged, 1.0) {
+                let _ = validate::check(&mut mesh, "damaged");
+            }
+        }
+    }
 }
 
 #[test]
@@ -165,9 +203,13 @@ fn refusals_name_the_place() {
         ("stl", "garbage".into(), &["neither text STL nor binary"]),
         ("vtk", "garbage".into(), &["line 1", "DataFile"]),
         ("vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 9 9 9\n".into(), &["line 4", "STRUCTURED_POINTS"]),
-        ("vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 1000000000000000000 float\n".into(), &["line 5", "POINTS"]),
+        ("vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 1000000000000000000 float\n".into(), &["line 5", "1000000000000000000 points"]),
         ("vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 1 4\n3 0 1 3\n".into(), &["cell 0", "point 3"]),
-        ("vtk", "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\n".into(), &["line 8", "offsets"]),
+        ("vtk", "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\nPOLYGONS 2 3\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2\n".into(), &["cell 0", "its end 4"]),
+        ("vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1\n".into(), &["line 7", "too early"]),
+        ("vtu", "<a/>".into(), &["line 1", "VTKFile"]),
+        ("vtu", "<VTKFile type=\"ImageData\">".into(), &["line 1", "`ImageData`"]),
+        ("vtp", "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\">".into(), &["zlib"]),
         ("vtu", "<VTKFile".into(), &[]),
         ("msh", "garbage".into(), &["MeshFormat"]),
         ("msh", "$MeshFormat\n4.0 0 8\n$EndMeshFormat\n".into(), &["line 2", "`4.0`"]),

@@ -22,6 +22,9 @@ const SCATTER: f64 = 0.5;
 /// Nearest that a scattered point may be to the boundary, as a fraction of the size.
 const CLEARANCE: f64 = 0.3;
 
+/// Smallest angle [degrees] that is not rounding alone.
+const FLAT: f64 = 1e-8;
+
 /// A filled domain.
 pub struct Filled {
     /// Flat mesh, normal +z, without regions.
@@ -64,6 +67,9 @@ pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64,
         domain = Domain::new(finer);
     }
 
+    if domain.smallest_angle(&points) < FLAT {
+        return Err("two parts of the polygons are so close that a face between them has no area".into());
+    }
     let vertices = points.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect();
     let sides = corners.iter().map(|own| domain.sides(own)).collect();
     Ok(Filled { mesh: Mesh { vertices, faces: domain.faces, ..Mesh::default() }, sides })

@@ -1,8 +1,9 @@
 //! Gmsh `.msh`, versions 2.2 and 4.1, text and binary, with physical groups as regions.
 //!
-//! Format: the Gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)". Triangles, lines and points
-//! only. A group of points gives vertices; of lines, edges and their vertices; of triangles, faces with vertices and edges.
+//! Format: the Gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)". Linear or
+//! quadratic triangles and lines, and points, only. A group of points gives vertices; of lines, edges and their vertices; of triangles, faces with vertices and edges.
 
+use super::input::{Coding, Input};
 use super::{Fault, Soup};
 use crate::mesh::Region;
 use std::collections::{BTreeMap, HashMap};
@@ -10,6 +11,8 @@ use std::collections::{BTreeMap, HashMap};
 const POINT: i64 = 15;
 const LINE: i64 = 1;
 const TRIANGLE: i64 = 2;
+const QUADRATIC_LINE: i64 = 8;
+const QUADRATIC_TRIANGLE: i64 = 9;
 
 pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
     let mut file = File { input: Input { bytes, at: 0, coding: Coding::Text }, ..File::default() };
@@ -62,8 +65,8 @@ struct File<'a> {
     entities: HashMap<(i64, i64), Vec<Group>>,
     /// Vertex index of each node tag.
     node: HashMap<u64, usize>,
-    /// First face on three vertices and the groups it came with: version 2 repeats an element for every further group.
-    face: HashMap<[usize; 3], (usize, Vec<Group>)>,
+    /// First face on given nodes and the groups it came with: version 2 repeats an element for every further group.
+    face: HashMap<[usize; 6], (usize, Vec<Group>)>,
     groups: BTreeMap<Group, Parts>,
     soup: Soup,
 }
@@ -250,11 +253,12 @@ impl File<'_> {
 
     /// Reads the nodes of an element and puts it into its groups.
     fn add_element(&mut self, tag: u64, kind: i64, groups: &[Group]) -> Result<(), Fault> {
-        let mut corners = [0; 3];
-        let count = match kind {
-            POINT => 1,
-            LINE => 2,
-            TRIANGLE => 3,
+        let (corners, middles) = match kind {
+            POINT => (1, 0),
+            LINE => (2, 0),
+            TRIANGLE => (3, 0),
+            QUADRATIC_LINE => (2, 1),
+            QUADRATIC_TRIANGLE => (3, 3),
             _ => {
                 let name = kind_name(kind);
                 return Err(self
@@ -262,28 +266,34 @@ impl File<'_> {
                     .fault(format!("element {tag} is a {name} (type {kind}), which is not supported: expected triangles")));
             }
         };
-        for corner in &mut corners[..count] {
+        if kind != POINT {
+            self.soup.check_order(middles > 0, "element", tag).map_err(|f| self.input.fault(f.message))?;
+        }
+        let mut nodes = [0; 6];
+        for vertex in &mut nodes[..corners + middles] {
             let node = if self.version == Version::V4 { self.input.size()? } else { self.input.int()? as u64 };
             let known = self.node.get(&node).copied();
-            *corner = known.ok_or_else(|| self.input.fault(format!("element {tag} names node {node}, which does not exist")))?;
+            *vertex = known.ok_or_else(|| self.input.fault(format!("element {tag} names node {node}, which does not exist")))?;
         }
         let mut face = None;
-        if kind == TRIANGLE {
+        if corners == 3 {
             let next = self.soup.mesh.faces.len();
-            let (first, with) = self.face.entry(corners).or_insert_with(|| (next, Vec::new()));
+            let (first, with) = self.face.entry(nodes).or_insert_with(|| (next, Vec::new()));
             let repeated = *first < next && !groups.is_empty() && groups.iter().all(|g| !with.contains(g));
             with.extend_from_slice(groups);
             if repeated {
                 face = Some(*first);
             } else {
-                self.soup.mesh.faces.push(corners);
+                let [a, b, c, ab, bc, ca] = nodes;
+                self.soup.mesh.faces.push([a, b, c]);
+                self.soup.middles.extend((middles > 0).then_some([ab, bc, ca]));
                 face = Some(next);
             }
         }
         for group in groups {
             let parts = self.groups.entry(*group).or_default();
-            parts.vertices.extend_from_slice(&corners[..count]);
-            parts.edges.extend((kind == LINE).then_some([corners[0], corners[1]]));
+            parts.vertices.extend_from_slice(&nodes[..corners]);
+            parts.edges.extend((corners == 2).then_some([nodes[0], nodes[1]]));
             parts.faces.extend(face);
         }
         Ok(())
@@ -304,7 +314,7 @@ impl File<'_> {
 fn dimension(kind: i64) -> i64 {
     match kind {
         POINT => 0,
-        LINE => 1,
+        LINE | QUADRATIC_LINE => 1,
         _ => 2,
     }
 }
@@ -316,144 +326,9 @@ fn kind_name(kind: i64) -> &'static str {
         5 => "hexahedron",
         6 => "prism",
         7 => "pyramid",
-        8 => "second-order line",
-        9 => "second-order triangle",
         10 | 16 => "second-order quadrangle",
         11 => "second-order tetrahedron",
         20 | 21 => "third-order triangle",
         _ => "cell of another kind",
-    }
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Coding {
-    #[default]
-    Text,
-    LittleEndian,
-    BigEndian,
-}
-
-/// The file's bytes and how far they are read.
-#[derive(Default)]
-struct Input<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    coding: Coding,
-}
-
-impl Input<'_> {
-    fn fault(&self, message: impl Into<String>) -> Fault {
-        let at = match self.coding {
-            Coding::Text => format!("line {}", self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count() + 1),
-            _ => format!("byte {}", self.at),
-        };
-        Fault { at: Some(at), message: message.into() }
-    }
-
-    /// Goes past the next line that starts with `$` and returns the rest of it; `None` at the end of the file.
-    fn next_section(&mut self) -> Option<String> {
-        while self.at < self.bytes.len() {
-            let line = self.bytes[self.at..].split(|&b| b == b'\n').next().unwrap_or(&[]);
-            if let [b'$', name @ ..] = line {
-                self.at += line.len();
-                return Some(String::from_utf8_lossy(name).trim().to_string());
-            }
-            self.at += line.len() + 1;
-        }
-        self.at = self.bytes.len();
-        None
-    }
-
-    /// Goes past the next occurrence of a text; stays if there is none.
-    fn skip_past(&mut self, text: &[u8]) -> bool {
-        let found = self.bytes[self.at..].windows(text.len()).position(|w| w == text);
-        if let Some(k) = found {
-            self.at += k + text.len();
-            self.end_line();
-        }
-        found.is_some()
-    }
-
-    /// Goes past blanks up to and with the end of the line.
-    fn end_line(&mut self) {
-        while let Some(b) = self.bytes.get(self.at).filter(|b| b.is_ascii_whitespace()) {
-            self.at += 1;
-            if *b == b'\n' {
-                break;
-            }
-        }
-    }
-
-    fn word(&mut self) -> Result<String, Fault> {
-        while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
-            self.at += 1;
-        }
-        let rest = &self.bytes[self.at..];
-        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        if length == 0 {
-            return Err(self.fault("the file ends too early"));
-        }
-        self.at += length;
-        Ok(String::from_utf8_lossy(&rest[..length]).into_owned())
-    }
-
-    fn number<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, Fault> {
-        let word = self.word()?;
-        word.parse().map_err(|_| self.fault(format!("`{word}` is not {expected}")))
-    }
-
-    /// A text in double quotes, on one line.
-    fn quoted(&mut self) -> Result<String, Fault> {
-        let line = self.bytes[self.at..].split(|&b| b == b'\n').next().unwrap_or(&[]);
-        let quotes: Vec<usize> = (0..line.len()).filter(|&k| line[k] == b'"').collect();
-        let (Some(first), Some(last)) = (quotes.first(), quotes.last()) else {
-            return Err(self.fault("expected a name in double quotes"));
-        };
-        let name = String::from_utf8_lossy(line.get(first + 1..*last).unwrap_or(&[])).into_owned();
-        self.at += line.len();
-        if name.is_empty() { Err(self.fault("expected a name in double quotes")) } else { Ok(name) }
-    }
-
-    fn raw<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let Some(raw) = self.bytes[self.at..].first_chunk::<N>() else { return Err(self.fault("the file ends too early")) };
-        self.at += N;
-        let mut raw = *raw;
-        if self.coding == Coding::BigEndian {
-            raw.reverse();
-        }
-        Ok(raw)
-    }
-
-    /// A 4-byte integer.
-    fn int(&mut self) -> Result<i64, Fault> {
-        if self.coding == Coding::Text { self.number("a whole number") } else { Ok(i32::from_le_bytes(self.raw()?).into()) }
-    }
-
-    /// An 8-byte integer without sign.
-    fn size(&mut self) -> Result<u64, Fault> {
-        if self.coding == Coding::Text { self.number("a whole number") } else { Ok(u64::from_le_bytes(self.raw()?)) }
-    }
-
-    fn real(&mut self) -> Result<f64, Fault> {
-        if self.coding == Coding::Text { self.number("a number") } else { Ok(f64::from_le_bytes(self.raw()?)) }
-    }
-
-    /// A count of things of at least one byte each.
-    fn count(&mut self, what: &str) -> Result<u64, Fault> {
-        let count = self.size()?;
-        let left = self.bytes.len() - self.at;
-        if count > left as u64 {
-            return Err(self.fault(format!("{count} {what} are announced, but only {left} bytes follow")));
-        }
-        Ok(count)
-    }
-
-    /// A count that is text in binary files too, alone on its line.
-    fn text_count(&mut self, what: &str) -> Result<u64, Fault> {
-        let coding = std::mem::replace(&mut self.coding, Coding::Text);
-        let count = self.count(what)?;
-        self.coding = coding;
-        self.end_line();
-        Ok(count)
     }
 }

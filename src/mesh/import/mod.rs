@@ -1,17 +1,20 @@
 //! Mesh files: OBJ, PLY, STL, VTK (legacy, VTU, VTP) and Gmsh.
 //!
 //! [`read`] chooses the reader by the file's extension. Readers keep the order of the file's vertices and faces, turn its
-//! lengths into metres and its named groups into regions. A damaged file gives an error that names file and place: no reader
+//! lengths into metres, its named groups into regions and the midside nodes of quadratic triangles into midpoints. A damaged file gives an error that names file and place: no reader
 //! panics, and none reserves memory for a count that the file is too short to hold. Whether the faces make a shell is the
 //! business of [`super::validate`].
 
 mod gmsh;
+mod input;
 mod obj;
 mod ply;
 mod stl;
 mod vtk;
+mod vtk_legacy;
+mod vtk_xml;
 
-use super::{Mesh, Region};
+use super::{Mesh, Region, Topology};
 use crate::error::{Error, Result};
 use nalgebra::Vector3;
 use std::cell::Cell;
@@ -19,10 +22,14 @@ use std::panic;
 use std::path::Path;
 use std::sync::Once;
 
+/// Distance between the midpoints that two faces give to their shared edge, by its length, up to which they agree.
+const SAME_MIDPOINT: f64 = 1e-9;
+
 /// Reads a mesh file and returns the mesh with warnings about what was left out or split.
 ///
-/// `scale` turns the file's lengths into metres, > 0. Errors: a file that cannot be read, of an unknown kind, damaged, with
-/// cells other than triangles and polygons, or with coordinates that are not finite.
+/// `scale` turns the file's lengths into metres, > 0. Quadratic triangles (Gmsh, VTK) fill [`Mesh::midpoints`]; their midside nodes
+/// are no vertices. Errors: a file that cannot be read, of an unknown kind, damaged, with cells other than triangles and polygons, with
+/// linear and quadratic elements, with midside nodes that do not fit together, or with coordinates that are not finite.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, Vec<String>)> {
     let place = path.display().to_string();
     if !(scale > 0.0 && scale.is_finite()) {
@@ -37,8 +44,8 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, Vec<String>)> {
         "obj" => obj::read,
         "ply" => ply::read,
         "stl" => stl::read,
-        "vtk" => vtk::read_legacy,
-        "vtu" | "vtp" => vtk::read_xml,
+        "vtk" => vtk_legacy::read,
+        "vtu" | "vtp" => vtk_xml::read,
         "msh" => gmsh::read,
         _ => {
             let message = format!("unknown kind of mesh file `.{extension}`: expected .obj, .ply, .stl, .vtu, .vtp, .vtk or .msh");
@@ -76,7 +83,12 @@ impl Fault {
 /// What a file holds, before it is checked.
 #[derive(Default)]
 struct Soup {
+    /// Vertices hold every node of the file, midpoints too.
     mesh: Mesh,
+    /// Nodes halfway along `v0 v1`, `v1 v2`, `v2 v0` of each face; empty if faces are straight.
+    middles: Vec<[usize; 3]>,
+    /// Whether elements are quadratic, and the number of the first, which said so.
+    order: Option<(bool, u64)>,
     /// Polygons of more than three corners, cut into triangles.
     split: usize,
     warnings: Vec<String>,
@@ -95,6 +107,55 @@ impl Soup {
         }
         self.split += usize::from(rest.len() > 2);
         self.mesh.faces.extend(rest.windows(2).map(|w| [*first, w[0], w[1]]));
+        Ok(())
+    }
+
+    /// Refuses an element (`what` it is called, its number) of another order than those before.
+    fn check_order(&mut self, quadratic: bool, what: &str, number: u64) -> Result<(), Fault> {
+        let (before, first) = *self.order.get_or_insert((quadratic, number));
+        if before == quadratic {
+            return Ok(());
+        }
+        let order = |quadratic| if quadratic { "quadratic" } else { "linear" };
+        let message = format!("{what} {number} is {}, but {what} {first} is {}", order(quadratic), order(before));
+        Err(Fault::new(format!("{message}: expected one order throughout")))
+    }
+
+    /// Turns the nodes in the middle of edges into midpoints. Every index must be in range.
+    fn take_midpoints(&mut self, place: &str) -> Result<()> {
+        let mesh = &mut self.mesh;
+        if self.middles.is_empty() {
+            return Ok(());
+        }
+        let mut use_of = vec![Use::None; mesh.vertices.len()];
+        self.middles.iter().flatten().for_each(|&v| use_of[v] = Use::Middle);
+        mesh.faces.iter().flatten().for_each(|&v| {
+            if use_of[v] == Use::Middle {
+                use_of[v] = Use::Both
+            }
+        });
+        let topology = Topology::new(&mesh.faces);
+        let mut found: Vec<Option<(usize, usize)>> = vec![None; topology.edges.len()];
+        for (f, middles) in self.middles.iter().enumerate() {
+            for (i, &node) in middles.iter().enumerate() {
+                if use_of[node] == Use::Both {
+                    let message = format!("face {f} has node {node} in the middle of an edge, which is a corner of another");
+                    return Err(Error::input_with_help(place, message, "faces must meet along whole edges"));
+                }
+                // The edge after corner `i` lies opposite corner `i + 2`.
+                let edge = topology.face_edges[f][(i + 2) % 3];
+                let (first, other) = *found[edge].get_or_insert((f, node));
+                let [a, b] = topology.edges[edge];
+                let gap = (mesh.vertices[node] - mesh.vertices[other]).norm();
+                if gap > SAME_MIDPOINT * (mesh.vertices[a] - mesh.vertices[b]).norm() {
+                    let message =
+                        format!("faces {first} and {f} disagree about the midpoint of the edge {a} {b}: nodes {other} and {node}");
+                    return Err(Error::input_with_help(place, message, "merge the nodes of shared edges"));
+                }
+            }
+        }
+        mesh.midpoints = found.iter().flatten().map(|&(_, node)| mesh.vertices[node]).collect();
+        mesh.keep_vertices(|v| use_of[v] != Use::Middle);
         Ok(())
     }
 
@@ -125,12 +186,22 @@ impl Soup {
             return Err(Error::input(place, "the file holds no faces"));
         }
         self.mesh.vertices.iter_mut().for_each(|p| *p *= scale);
+        self.take_midpoints(place)?;
         if self.split > 0 {
             self.warnings.push(format!("{} polygons of more than three corners are cut into triangles", self.split));
         }
         let warnings = self.warnings.into_iter().map(|w| format!("{place}: {w}")).collect();
         Ok((self.mesh, warnings))
     }
+}
+
+/// What a node of a file is for.
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    None,
+    Middle,
+    /// Both the middle of an edge and a corner of a face.
+    Both,
 }
 
 thread_local! {

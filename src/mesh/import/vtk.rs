@@ -1,179 +1,124 @@
-//! VTK files: legacy (`.vtk`, text and binary) and XML (`.vtu`, `.vtp`). Points and polygonal cells; data arrays are skipped.
+//! What legacy and XML VTK files have in common: kinds of numbers and of cells.
+//!
+//! Read here and not by a library because those at hand fail on what VTK 9 writes by default: compressed arrays of several
+//! blocks, arrays with information keys, raw appended data, legacy files of version 5.
 
-use super::{Fault, Soup, guarded};
-use vtkio::model::{CellType, DataSet, IOBuffer, Piece, PolyDataPiece, UnstructuredGridPiece, VertexNumbers};
+use super::{Fault, Soup};
 
-/// Section heads of a legacy file and how many counts follow.
-const SECTIONS: [(&str, usize); 7] =
-    [("POINTS", 1), ("CELLS", 2), ("CELL_TYPES", 1), ("POLYGONS", 2), ("LINES", 2), ("VERTICES", 2), ("TRIANGLE_STRIPS", 2)];
-
-pub fn read_legacy(bytes: &[u8]) -> Result<Soup, Fault> {
-    if !bytes.starts_with(b"# vtk DataFile Version") {
-        return Err(Fault::at_line(1, "not a legacy VTK file: expected `# vtk DataFile Version`"));
-    }
-    let end = ["POINT_DATA", "CELL_DATA"].iter().filter_map(|word| heads(bytes, word).next()).min().unwrap_or(bytes.len());
-    check_sections(bytes, end)?;
-    guarded(|| collect(vtkio::Vtk::parse_legacy_be(&bytes[..end])))
+/// A kind of number in a file, with its bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    Signed(usize),
+    Unsigned(usize),
+    Float(usize),
 }
 
-pub fn read_xml(bytes: &[u8]) -> Result<Soup, Fault> {
-    guarded(|| collect(vtkio::Vtk::parse_xml(bytes)))
-}
-
-/// Offsets of the lines that start with a word.
-fn heads<'a>(bytes: &'a [u8], word: &'a str) -> impl Iterator<Item = usize> + 'a {
-    let starts = std::iter::once(0).chain(bytes.iter().enumerate().filter(|&(_, &b)| b == b'\n').map(|(k, _)| k + 1));
-    starts.filter(move |&k| bytes.get(k..k + word.len()).is_some_and(|w| w.eq_ignore_ascii_case(word.as_bytes())))
-}
-
-/// Refuses kinds of data sets and counts that the reader would reserve memory for unseen.
-fn check_sections(bytes: &[u8], end: usize) -> Result<(), Fault> {
-    let words = |at: usize| {
-        let line = &bytes[at..bytes.len().min(at + 200)];
-        let line = line.split(|&b| b == b'\n').next().unwrap_or(line);
-        String::from_utf8_lossy(line).split_whitespace().map(str::to_uppercase).collect::<Vec<_>>()
-    };
-    let line_of = |at: usize| bytes[..at].iter().filter(|&&b| b == b'\n').count() + 1;
-    let Some(at) = heads(bytes, "DATASET").next() else { return Err(Fault::new("the file has no line `DATASET`")) };
-    let kind = words(at).get(1).cloned().unwrap_or_default();
-    if kind != "POLYDATA" && kind != "UNSTRUCTURED_GRID" {
-        return Err(Fault::at_line(line_of(at), format!("data set `{kind}` is not supported: expected POLYDATA or UNSTRUCTURED_GRID")));
+impl Kind {
+    /// Bytes of one number.
+    pub fn size(self) -> usize {
+        let (Kind::Signed(n) | Kind::Unsigned(n) | Kind::Float(n)) = self;
+        n
     }
-    if let Some(at) = heads(bytes, "OFFSETS").find(|&at| at < end) {
-        let message = "cells by offsets (version 5 and later) are not supported: save as .vtu, or as version 4.2";
-        return Err(Fault::at_line(line_of(at), message));
-    }
-    for (word, counts) in SECTIONS {
-        for at in heads(bytes, word).filter(|&at| at < end) {
-            let line = words(at);
-            // A longer word that starts the same (CELLS, CELL_TYPES) is a section of its own.
-            if line.first().is_none_or(|first| first != word) {
-                continue;
+
+    /// The numbers in the bytes; a rest too short for one is left out. Integers beyond 2^53 are rounded: no index is as large.
+    pub fn numbers(self, bytes: &[u8], big_endian: bool) -> Vec<f64> {
+        let read = |chunk: &[u8]| {
+            let mut wide = [0u8; 8];
+            for (k, to) in wide[..chunk.len()].iter_mut().enumerate() {
+                *to = chunk[if big_endian { chunk.len() - 1 - k } else { k }];
             }
-            for count in line.iter().skip(1).take(counts) {
-                let fits = count.parse::<u64>().is_ok_and(|n| n <= bytes.len() as u64);
-                if !fits {
-                    let message = format!("{word} announces {count} entries in a file of {} bytes", bytes.len());
-                    return Err(Fault::at_line(line_of(at), message));
-                }
+            let bits = u64::from_le_bytes(wide);
+            let shift = 64 - 8 * chunk.len() as u32;
+            match self {
+                Kind::Signed(_) => ((bits << shift) as i64 >> shift) as f64,
+                Kind::Unsigned(_) => bits as f64,
+                Kind::Float(4) => f64::from(f32::from_bits(bits as u32)),
+                Kind::Float(_) => f64::from_bits(bits),
             }
-        }
-    }
-    Ok(())
-}
-
-fn collect(parsed: Result<vtkio::Vtk, vtkio::Error>) -> Result<Soup, Fault> {
-    let mut soup = Soup::default();
-    match parsed.map_err(|e| Fault::new(e.to_string()))?.data {
-        DataSet::PolyData { pieces, .. } => {
-            for piece in pieces {
-                add_poly_data(&mut soup, inline(piece)?)?;
-            }
-        }
-        DataSet::UnstructuredGrid { pieces, .. } => {
-            for piece in pieces {
-                add_grid(&mut soup, inline(piece)?)?;
-            }
-        }
-        _ => return Err(Fault::new("this kind of data set is not supported: expected PolyData or UnstructuredGrid")),
-    }
-    Ok(soup)
-}
-
-fn inline<P>(piece: Piece<P>) -> Result<P, Fault> {
-    match piece {
-        Piece::Inline(piece) => Ok(*piece),
-        _ => Err(Fault::new("parallel files that refer to others are not supported")),
+        };
+        bytes.chunks_exact(self.size()).map(read).collect()
     }
 }
 
 /// Adds points; returns the number there were before.
-fn add_points(soup: &mut Soup, points: IOBuffer) -> Result<usize, Fault> {
+pub fn add_points(soup: &mut Soup, coordinates: &[f64]) -> usize {
     let first = soup.mesh.vertices.len();
-    let coordinates = points.cast_into::<f64>().ok_or_else(|| Fault::new("points are not numbers"))?;
-    if coordinates.len() % 3 != 0 {
-        return Err(Fault::new(format!("{} coordinates do not make points of three", coordinates.len())));
-    }
     coordinates.chunks_exact(3).for_each(|p| soup.vertex([p[0], p[1], p[2]]));
-    Ok(first)
+    first
 }
 
-fn add_poly_data(soup: &mut Soup, piece: PolyDataPiece) -> Result<(), Fault> {
-    let first = add_points(soup, piece.points)?;
-    if piece.strips.is_some_and(|strips| strips.num_cells() > 0) {
-        return Err(Fault::new("triangle strips are not supported: save as triangles"));
-    }
-    if let Some(polygons) = piece.polys {
-        for (k, corners) in cells(polygons)?.iter().enumerate() {
-            add_polygon(soup, first, corners).map_err(|f| Fault::new(format!("cell {k}: {}", f.message)))?;
-        }
-    }
-    Ok(())
+/// Cells as VTK keeps them: points of all cells in a row, and where each cell ends.
+#[derive(Default)]
+pub struct Cells {
+    pub connectivity: Vec<f64>,
+    pub ends: Vec<f64>,
 }
 
-fn add_grid(soup: &mut Soup, piece: UnstructuredGridPiece) -> Result<(), Fault> {
-    let first = add_points(soup, piece.points)?;
-    let cells = cells(piece.cells.cell_verts)?;
-    if cells.len() != piece.cells.types.len() {
-        return Err(Fault::new(format!("{} cells have {} types", cells.len(), piece.cells.types.len())));
-    }
-    let mut skipped = 0;
-    for (k, (corners, kind)) in cells.iter().zip(&piece.cells.types).enumerate() {
-        let fits = match kind {
-            CellType::Triangle => corners.len() == 3,
-            CellType::Quad => corners.len() == 4,
-            CellType::Polygon => true,
-            CellType::Vertex | CellType::PolyVertex | CellType::Line | CellType::PolyLine => {
-                skipped += 1;
-                continue;
-            }
-            _ => return Err(Fault::new(format!("cell {k} is of type {kind:?} ({}): expected triangles", *kind as u8))),
-        };
-        if !fits {
-            return Err(Fault::new(format!("cell {k} is of type {kind:?} but has {} points", corners.len())));
+impl Cells {
+    /// Adds the polygons among the cells; without `types` all are. `first` is the vertex index of their point 0.
+    pub fn add_to(&self, soup: &mut Soup, first: usize, types: Option<&[f64]>) -> Result<(), Fault> {
+        if let Some(types) = types
+            && types.len() != self.ends.len()
+        {
+            return Err(Fault::new(format!("{} cells have {} types", self.ends.len(), types.len())));
         }
-        add_polygon(soup, first, corners).map_err(|f| Fault::new(format!("cell {k}: {}", f.message)))?;
+        let (mut start, mut skipped) = (0, 0);
+        for (k, &end) in self.ends.iter().enumerate() {
+            let place = |message: String| Fault::new(format!("cell {k}: {message}"));
+            let corners = whole(end).and_then(|end| self.connectivity.get(start..end));
+            let corners = corners.ok_or_else(|| place(format!("its end {end} in the list of points is out of order or range")))?;
+            start += corners.len();
+            let wanted = match types.map(|types| types[k]) {
+                None | Some(7.0) => corners.len(),
+                Some(5.0) => 3,
+                Some(9.0) => 4,
+                Some(22.0) => 6,
+                Some(1.0..=4.0 | 21.0) => {
+                    skipped += 1;
+                    continue;
+                }
+                Some(kind) => return Err(place(format!("{} (type {kind}) is not supported: expected triangles", name(kind)))),
+            };
+            if corners.len() != wanted {
+                return Err(place(format!("{} points where {wanted} are expected", corners.len())));
+            }
+            let index = |&v: &f64| {
+                let index = whole(v).and_then(|v| v.checked_add(first)).filter(|&v| v < soup.mesh.vertices.len());
+                index.ok_or_else(|| place(format!("point {v} is out of range")))
+            };
+            let corners = corners.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+            let quadratic = types.is_some_and(|types| types[k] == 22.0);
+            soup.check_order(quadratic, "cell", k as u64)?;
+            match corners[..] {
+                [a, b, c, ab, bc, ca] if quadratic => {
+                    soup.mesh.faces.push([a, b, c]);
+                    soup.middles.push([ab, bc, ca]);
+                }
+                _ => soup.polygon(&corners).map_err(|fault| place(fault.message))?,
+            }
+        }
+        if skipped > 0 {
+            soup.warnings.push(format!("{skipped} cells that are points or lines are left out"));
+        }
+        Ok(())
     }
-    if skipped > 0 {
-        soup.warnings.push(format!("{skipped} cells that are points or lines are left out"));
-    }
-    Ok(())
 }
 
-fn add_polygon(soup: &mut Soup, first: usize, corners: &[u64]) -> Result<(), Fault> {
-    let beyond = |v: &u64| Fault::new(format!("point {v} is out of range"));
-    let shifted = |v: &u64| usize::try_from(*v).ok().and_then(|v| v.checked_add(first)).filter(|&v| v < soup.mesh.vertices.len());
-    let corners = corners.iter().map(|v| shifted(v).ok_or_else(|| beyond(v))).collect::<Result<Vec<_>, _>>()?;
-    soup.polygon(&corners)
+/// The number as an index, if it is one.
+pub fn whole(x: f64) -> Option<usize> {
+    (x >= 0.0 && x < 2f64.powi(53) && x.fract() == 0.0).then_some(x as usize)
 }
 
-/// Point lists of cells.
-fn cells(numbers: VertexNumbers) -> Result<Vec<Vec<u64>>, Fault> {
-    let mut cells = Vec::new();
-    match numbers {
-        VertexNumbers::Legacy { num_cells, vertices } => {
-            let mut rest = vertices.as_slice();
-            while let [count, tail @ ..] = rest {
-                let Some((corners, next)) = tail.split_at_checked(*count as usize) else {
-                    return Err(Fault::new(format!("cell {} announces {count} points, {} follow", cells.len(), tail.len())));
-                };
-                cells.push(corners.iter().map(|&v| u64::from(v)).collect());
-                rest = next;
-            }
-            if cells.len() != num_cells as usize {
-                return Err(Fault::new(format!("{num_cells} cells are announced, {} are there", cells.len())));
-            }
-        }
-        VertexNumbers::XML { connectivity, offsets } => {
-            let mut start = 0;
-            for (k, &end) in offsets.iter().enumerate() {
-                let corners = usize::try_from(end).ok().and_then(|end| connectivity.get(start..end));
-                cells.push(
-                    corners.ok_or_else(|| Fault::new(format!("cell {k} ends at offset {end}, which is out of order or range")))?.to_vec(),
-                );
-                start += cells[k].len();
-            }
-        }
+fn name(kind: f64) -> &'static str {
+    match kind as i64 {
+        6 => "a triangle strip",
+        8 => "a pixel",
+        10 => "a tetrahedron",
+        12 => "a hexahedron",
+        13 => "a wedge",
+        14 => "a pyramid",
+        34 => "a triangle of seven nodes",
+        69 => "a Lagrange triangle",
+        _ => "a cell of another kind",
     }
-    Ok(cells)
 }
