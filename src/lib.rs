@@ -18,6 +18,7 @@
 //! | [`sparse`] | potentials, pattern, assembly into slots, factorisation |
 //! | [`scene`] | what a scene file may say |
 //! | [`math`] | expressions |
+//! | [`snapshot`], [`error`] | named fields at one moment, which models and files share; what can go wrong |
 //!
 //! A case is a folder and a stage is a command: `mesh` writes `mesh.h5`, `setup` writes `setup.h5`, `run` writes `run/step_NNNNNNNN.h5` and
 //! `history.csv`, `export` writes `vtk/`, `report` writes `report.json` and `report.md`. Each file carries the hash of what it was made from.

@@ -165,3 +165,23 @@ impl Cholesky {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sparse::Numbering;
+
+    #[test]
+    fn names_the_unknown_that_fails() -> Result<()> {
+        let pattern = Pattern::new(&Numbering::new(&[false; 3]), &mut |show| (0..3).for_each(|i| show(&[i])))?;
+        let mut cholesky = Cholesky::new(&pattern)?;
+        for kind in [Kind::Llt, Kind::Ldlt] {
+            for bad in 0..3 {
+                let mut matrix = [2.0, 3.0, 5.0];
+                matrix[bad] = 0.0;
+                assert_eq!(cholesky.refactor(&pattern, &matrix, kind).map_err(|pivot| pivot.unknown), Err(bad), "{kind:?}");
+            }
+        }
+        Ok(())
+    }
+}

@@ -46,7 +46,7 @@ fn killed_at_any_moment() {
     for _ in 0..8 {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let mut child = sandbox.spawn(&["run", "scene.toml"]);
-        std::thread::sleep(Duration::from_micros((seed >> 33) % (duration / 3)));
+        std::thread::sleep(Duration::from_micros((seed >> 33) % (duration / 5)));
         child.kill().unwrap();
         killed += u32::from(child.wait().unwrap().signal() == Some(9));
     }
@@ -108,7 +108,9 @@ fn all_and_ladders_stop_too() {
     let child = sandbox.spawn(&["report", "--ladder", "scene.toml"]);
     std::thread::sleep(Duration::from_millis(300));
     signal(&child, "-INT");
-    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
+    let status = child.wait_with_output().unwrap().status;
+    // Before the first run begins, a signal ends the program as it does any other.
+    assert!(status.code() == Some(130) || status.signal() == Some(2), "{status}");
     assert!(!sandbox.case("ladder.json").exists());
 }
 
