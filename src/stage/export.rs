@@ -44,8 +44,13 @@ pub fn run(job: &Job) -> Result<()> {
             units.insert(field.name.clone(), field.unit.clone());
         }
         let name = format!("step_{step:08}.vtp");
-        vtk::Surface { points: &state.points, faces: &mesh.faces, point_data: state.point_data, cell_data: state.cell_data }
-            .write(&vtk_folder.join(&name))?;
+        vtk::Surface {
+            points: &state.points,
+            faces: vtk::Faces::Linear(&mesh.faces),
+            point_data: state.point_data,
+            cell_data: state.cell_data,
+        }
+        .write(&vtk_folder.join(&name))?;
         files.push((snapshot.time, name));
     }
     // In statics time is the load factor.

@@ -8,6 +8,7 @@ mod cli;
 mod mesh_files;
 mod mesh_generate;
 mod mesh_import;
+mod mesh_quadratic;
 mod mesh_validate;
 mod pipeline_layers;
 mod report_measures;
