@@ -1,6 +1,6 @@
 //! Surfaces and time series in the files that ParaView and VTK read.
 //!
-//! `.vtp` (XML PolyData, binary) for a moment, `.pvd` for the list of moments, `units.json` for what VTK has no place for.
+//! `.vtp` (XML PolyData, binary) or, for curved faces, `.vtu` (UnstructuredGrid) for a moment, `.pvd` for the list of moments, `units.json` for what VTK has no place for.
 
 use super::atomic;
 use crate::error::{Error, Result};
@@ -8,25 +8,65 @@ use crate::snapshot::Field;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;
-use vtkio::model::{Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers, Vtk};
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers,
+    Vtk,
+};
+
+/// Cells of a surface: indices of points.
+#[derive(Clone, Copy, Debug)]
+pub enum Faces<'a> {
+    /// Flat triangles.
+    Linear(&'a [[usize; 3]]),
+    /// Triangles of six nodes: the corners `v0 v1 v2`, then the middles of `v0 v1`, `v1 v2`, `v2 v0`.
+    Quadratic(&'a [[usize; 6]]),
+}
+
+impl Faces<'_> {
+    /// Extension of the file that holds such a surface: `vtp` (PolyData), or `vtu` (UnstructuredGrid), as VTK has no curved polygons.
+    pub fn extension(&self) -> &'static str {
+        match self {
+            Faces::Linear(_) => "vtp",
+            Faces::Quadratic(_) => "vtu",
+        }
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Faces::Linear(faces) => faces.len(),
+            Faces::Quadratic(faces) => faces.len(),
+        }
+    }
+
+    fn numbers(&self) -> VertexNumbers {
+        let (nodes, size): (&[usize], u64) = match self {
+            Faces::Linear(faces) => (faces.as_flattened(), 3),
+            Faces::Quadratic(faces) => (faces.as_flattened(), 6),
+        };
+        VertexNumbers::XML {
+            connectivity: nodes.iter().map(|v| *v as u64).collect(),
+            offsets: (1..=self.len() as u64).map(|n| size * n).collect(),
+        }
+    }
+}
 
 /// A triangle surface with fields.
 ///
 /// A field's name becomes the array's name. Symmetric tensors of six components are in VTK's order, XX YY ZZ XY YZ XZ.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Surface<'a> {
-    /// Vertex positions [m].
+    /// Node positions [m].
     pub points: &'a [Vector3<f64>],
-    /// Vertex indices of each face.
-    pub faces: &'a [[usize; 3]],
-    /// Fields with one entry per vertex.
+    /// The faces between them.
+    pub faces: Faces<'a>,
+    /// Fields with one entry per node.
     pub point_data: Vec<Field>,
     /// Fields with one entry per face.
     pub cell_data: Vec<Field>,
 }
 
 impl Surface<'_> {
-    /// Writes a `.vtp` file whole or not at all.
+    /// Writes the file whole or not at all; `path` should end in [`Faces::extension`].
     ///
     /// Errors: [`Error::Input`] for a field whose length is not that of its entries, [`Error::Io`].
     pub fn write(self, path: &Path) -> Result<()> {
@@ -44,19 +84,16 @@ impl Surface<'_> {
         };
         let data =
             Attributes { point: attributes(self.point_data, self.points.len())?, cell: attributes(self.cell_data, self.faces.len())? };
-        let polys = VertexNumbers::XML {
-            connectivity: self.faces.iter().flatten().map(|v| *v as u64).collect(),
-            offsets: (1..=self.faces.len() as u64).map(|n| 3 * n).collect(),
-        };
         let points: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
-        let piece = PolyDataPiece { points: points.into(), polys: Some(polys), data, ..Default::default() };
-        let file = Vtk {
-            version: Version::new((1, 0)),
-            title: String::new(),
-            byte_order: ByteOrder::LittleEndian,
-            data: DataSet::inline(piece),
-            file_path: None,
+        let (points, numbers) = (points.into(), self.faces.numbers());
+        let data = match self.faces {
+            Faces::Linear(_) => DataSet::inline(PolyDataPiece { points, polys: Some(numbers), data, ..Default::default() }),
+            Faces::Quadratic(faces) => {
+                let cells = Cells { cell_verts: numbers, types: vec![CellType::QuadraticTriangle; faces.len()] };
+                DataSet::inline(UnstructuredGridPiece { points, cells, data })
+            }
         };
+        let file = Vtk { version: Version::new((1, 0)), title: String::new(), byte_order: ByteOrder::LittleEndian, data, file_path: None };
         let mut xml = Vec::new();
         file.write_xml(&mut xml).map_err(|e| cannot(format!("cannot be written as VTK: {e}")))?;
         atomic::write(path, &xml)

@@ -9,13 +9,16 @@ use nalgebra::{DMatrix, DVector, Unit, Vector3};
 /// How near to the rim, relative to its radius, a vertex counts as lying on it.
 const ON_RIM: f64 = 1e-9;
 /// Vertices around a vertex that a fit asks for before it stops gathering, how many it takes at most, and from how many rings.
-const ENOUGH: usize = 14;
+const ENOUGH: usize = 18;
 const MOST: usize = 80;
 const MOST_RINGS: usize = 4;
 /// A fit that misses a vertex by more than this fraction of its neighbourhood's radius is no smooth surface.
 const MISFIT: f64 = 0.03;
 /// Singular values below this fraction of the largest count as zero.
-const RANK: f64 = 1e-8;
+const RANK: f64 = 1e-10;
+/// Weight of a monomial by degree. Where vertices cannot tell two heights apart, the smallest coefficients are taken: then the ones of
+/// lowest degree.
+const BY_DEGREE: f64 = 1e-3;
 /// Iterations allowed to a singular value decomposition; it needs a few dozen.
 const DECOMPOSITION_STEPS: usize = 1000;
 
@@ -117,11 +120,12 @@ impl Patch {
     }
 }
 
-/// Monomials of first to third degree, weighted such that the sum of squares of the coefficients does not depend on the directions of
-/// x and y: the smallest of several solutions then does not either.
+/// Monomials of first to third degree, weighted by degree, and such that the sum of squares of the coefficients does not depend on the
+/// directions of x and y.
 fn monomials(x: f64, y: f64) -> [f64; 9] {
-    let (two, three) = (2f64.sqrt(), 3f64.sqrt());
-    [x, y, x * x, two * x * y, y * y, x * x * x, three * x * x * y, three * x * y * y, y * y * y]
+    let (two, three) = (2f64.sqrt() * BY_DEGREE, 3f64.sqrt() * BY_DEGREE * BY_DEGREE);
+    let (square, cube) = (BY_DEGREE, BY_DEGREE * BY_DEGREE);
+    [x, y, square * x * x, two * x * y, square * y * y, cube * x * x * x, three * x * x * y, three * x * y * y, cube * y * y * y]
 }
 
 /// The surface fitted around each vertex, if there is one.

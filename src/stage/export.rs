@@ -1,4 +1,4 @@
-//! `export`: writes checkpoints as VTK files (`vtk/*.vtp` with a `.pvd`) for ParaView and pyvista.
+//! `export`: writes checkpoints as VTK files (`vtk/*.vtp`, curved faces `*.vtu`, with a `.pvd`) for ParaView and pyvista.
 
 use super::fields::Fields;
 use super::{Job, mesh as mesh_stage, run as run_stage, setup};
@@ -29,6 +29,8 @@ pub fn run(job: &Job) -> Result<()> {
     let series = path(job);
     let vtk_folder = series.parent().map(PathBuf::from).unwrap_or_default();
     std::fs::create_dir_all(&vtk_folder).map_err(|e| Error::io("create", &vtk_folder, e))?;
+    let curved = if mesh.midpoints.is_empty() { Vec::new() } else { mesh.six_node_faces() };
+    let faces = if curved.is_empty() { vtk::Faces::Linear(&mesh.faces) } else { vtk::Faces::Quadratic(&curved) };
     let (mut files, mut units) = (Vec::new(), BTreeMap::new());
     for step in steps {
         let snapshot = match folder.read(step) {
@@ -43,8 +45,8 @@ pub fn run(job: &Job) -> Result<()> {
         for field in state.point_data.iter().chain(&state.cell_data) {
             units.insert(field.name.clone(), field.unit.clone());
         }
-        let name = format!("step_{step:08}.vtp");
-        vtk::Surface { points: &state.points, faces: &mesh.faces, point_data: state.point_data, cell_data: state.cell_data }
+        let name = format!("step_{step:08}.{}", faces.extension());
+        vtk::Surface { points: &state.points, faces, point_data: state.point_data, cell_data: state.cell_data }
             .write(&vtk_folder.join(&name))?;
         files.push((snapshot.time, name));
     }
@@ -67,7 +69,7 @@ fn remove_leftovers(folder: &std::path::Path, files: &[(f64, String)]) -> Result
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
     for entry in entries.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        if name.starts_with("step_") && name.ends_with(".vtp") && !files.iter().any(|(_, f)| *f == name) {
+        if name.starts_with("step_") && (name.ends_with(".vtp") || name.ends_with(".vtu")) && !files.iter().any(|(_, f)| *f == name) {
             std::fs::remove_file(entry.path()).map_err(|e| Error::io("remove", &entry.path(), e))?;
         }
     }

@@ -25,6 +25,7 @@ fn mesh() -> Mesh {
     let mut mesh = Mesh {
         vertices: awkward().windows(3).map(Vector3::from_column_slice).collect(),
         faces: vec![[0, 1, 2], [2, 1, 3]],
+        midpoints: awkward().windows(3).rev().take(5).map(Vector3::from_column_slice).collect(),
         ..Default::default()
     };
     for name in ["left", "a/b", "%2f", ".", "..", "", "größe", "left/vertices"] {
@@ -110,8 +111,13 @@ fn mesh_comes_back_to_the_bit() {
     assert_eq!(read.numbers, quality);
     let back = case::mesh_from_archive(&read, &path).unwrap();
     assert_eq!((&back.faces, &back.regions), (&mesh().faces, &mesh().regions));
-    let flat = |m: &Mesh| m.vertices.iter().flat_map(|v| bits(v.as_slice())).collect::<Vec<_>>();
+    let flat = |m: &Mesh| m.nodes().iter().flat_map(|v| bits(v.as_slice())).collect::<Vec<_>>();
     assert_eq!(flat(&back), flat(&mesh()));
+    assert_eq!(back.midpoints.len(), 5);
+    let straight = Mesh { midpoints: vec![], ..mesh() };
+    let archive = case::mesh_to_archive(&straight, BTreeMap::new(), "in");
+    assert!(!archive.arrays.contains_key("midpoints"));
+    assert!(case::mesh_from_archive(&archive, &path).unwrap().midpoints.is_empty());
     let (message, help) = stale(&path, Archive::read_for(&path, Kind::Mesh, "other"));
     assert!(message.contains("other inputs") && help.contains("thinshell mesh"), "{message}; {help}");
 }
@@ -125,6 +131,17 @@ fn mesh_with_an_index_out_of_range_is_refused() {
     case::mesh_to_archive(&bad, BTreeMap::new(), "").write(&path).unwrap();
     let read = Archive::read(&path, Kind::Mesh).unwrap();
     assert!(matches!(case::mesh_from_archive(&read, &path), Err(Error::Stale { .. })));
+}
+
+#[test]
+fn mesh_with_a_midpoint_too_few_is_refused() {
+    let mut bad = mesh();
+    bad.midpoints.pop();
+    let archive = case::mesh_to_archive(&bad, BTreeMap::new(), "");
+    match case::mesh_from_archive(&archive, Path::new("mesh.h5")) {
+        Err(Error::Stale { message, .. }) => assert!(message.contains("4 rows for 5 edges"), "{message}"),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use tempfile::TempDir;
 use thinshell::Error;
-use thinshell::case::vtk::{self, Surface};
+use thinshell::case::vtk::{self, Faces, Surface};
 use thinshell::snapshot::{Association, Field};
 use vtkio::model::{Attribute, DataSet, Piece};
 
@@ -27,7 +27,7 @@ fn surface_comes_back() {
     let points = points();
     let point_data: Vec<_> = [1, 3, 6, 9].map(|c| field(&format!("at-{c} <&\">"), Association::Node, c, 4)).into();
     let cell_data = vec![field("moisture", Association::Face, 1, 2)];
-    let surface = Surface { points: &points, faces: &FACES, point_data: point_data.clone(), cell_data: cell_data.clone() };
+    let surface = Surface { points: &points, faces: Faces::Linear(&FACES), point_data: point_data.clone(), cell_data: cell_data.clone() };
     surface.write(&path).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.contains("Name=\"at-6 &lt;&amp;&quot;&gt;\""), "{text}");
@@ -52,7 +52,7 @@ fn field_of_another_length_is_refused() {
     let path = folder.path().join("state.vtp");
     let points = points();
     let point_data = vec![field("velocity", Association::Node, 3, 3)];
-    let refused = Surface { points: &points, faces: &FACES, point_data, cell_data: vec![] }.write(&path);
+    let refused = Surface { points: &points, faces: Faces::Linear(&FACES), point_data, cell_data: vec![] }.write(&path);
     match refused {
         Err(Error::Input { message, .. }) => assert!(message.contains("velocity") && message.contains('9'), "{message}"),
         other => panic!("{other:?}"),

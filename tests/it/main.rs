@@ -9,6 +9,7 @@ mod finite_differences;
 mod mesh_files;
 mod mesh_generate;
 mod mesh_import;
+mod mesh_quadratic;
 mod mesh_validate;
 mod physics_case;
 mod physics_curvature;

@@ -1,8 +1,8 @@
 //! Mesh files of every kind, written in memory for the tests of the readers.
 
 use std::fmt::Write as _;
-use thinshell::mesh::Mesh;
 use thinshell::mesh::generate::{Pattern, rectangle};
+use thinshell::mesh::{Mesh, Topology};
 use vtkio::model::{Attributes, ByteOrder, CellType, Cells, DataSet, PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk};
 
 /// A small curved mesh whose coordinates single precision holds exactly, without regions.
@@ -31,6 +31,32 @@ pub fn all(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
         ("msh", Gmsh { version: 4, binary: false }.write(mesh)),
         ("msh", Gmsh { version: 4, binary: true }.write(mesh)),
     ]
+}
+
+/// Every kind of file that holds curved faces: extension and bytes. Midpoints come before vertices, so a reader that takes the first
+/// points for vertices fails.
+pub fn all_quadratic(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
+    let gmsh = |version, binary| ("msh", Gmsh { version, binary }.write(mesh));
+    let legacy = |text| ("vtk", vtk_legacy_of(quadratic_grid(mesh), text));
+    vec![legacy(true), legacy(false), ("vtu", vtk_xml(quadratic_grid(mesh))), gmsh(2, false), gmsh(2, true), gmsh(4, false), gmsh(4, true)]
+}
+
+/// The mesh's nodes with midpoints first, as coordinates, and its faces on them.
+fn midpoints_first(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[usize; 6]>) {
+    let nodes = mesh.midpoints.iter().chain(&mesh.vertices).map(|p| [p.x, p.y, p.z]).collect();
+    let (n, m) = (mesh.vertices.len(), mesh.midpoints.len());
+    let faces = mesh.six_node_faces().iter().map(|face| face.map(|v| if v < n { v + m } else { v - n })).collect();
+    (nodes, faces)
+}
+
+pub fn quadratic_grid(mesh: &Mesh) -> DataSet {
+    let (nodes, faces) = midpoints_first(mesh);
+    let cell_verts = VertexNumbers::XML {
+        connectivity: faces.iter().flatten().map(|&v| v as u64).collect(),
+        offsets: (1..=faces.len() as u64).map(|k| 6 * k).collect(),
+    };
+    let cells = Cells { cell_verts, types: vec![CellType::QuadraticTriangle; faces.len()] };
+    DataSet::inline(UnstructuredGridPiece { points: nodes.into_flattened().into(), cells, data: Attributes::new() })
 }
 
 pub fn obj(mesh: &Mesh) -> Vec<u8> {
@@ -136,13 +162,18 @@ fn vtk_xml(data: DataSet) -> Vec<u8> {
 }
 
 pub fn vtk_legacy(mesh: &Mesh, text: bool) -> Vec<u8> {
+    vtk_legacy_of(if text { poly_data(mesh) } else { grid(mesh) }, text)
+}
+
+fn vtk_legacy_of(data: DataSet, text: bool) -> Vec<u8> {
+    let document = document(data, (4, 2));
     if text {
         let mut file = String::new();
-        document(poly_data(mesh), (4, 2)).write_legacy_ascii(&mut file).unwrap();
+        document.write_legacy_ascii(&mut file).unwrap();
         return file.into_bytes();
     }
     let mut file = Vec::new();
-    document(grid(mesh), (4, 2)).write_legacy(&mut file).unwrap();
+    document.write_legacy(&mut file).unwrap();
     file
 }
 
@@ -167,16 +198,24 @@ impl Gmsh {
         );
         // Node tags start at 10, so a reader that takes tags for indices fails.
         let node = |v: usize| v as i64 + 10;
+        let (nodes, curved) = midpoints_first(mesh);
+        let quadratic = !mesh.midpoints.is_empty();
+        let offset = mesh.midpoints.len();
+        let edges = Topology::new(&mesh.faces).edges;
+        let line = |a: usize, b: usize| {
+            let middle = edges.iter().position(|&e| e == [a, b]).filter(|_| quadratic);
+            (1, 1, 5, [a + offset, b + offset].into_iter().chain(middle).collect())
+        };
         // Dimension, entity, group and corners of each element.
-        let mut elements: Vec<(i64, i64, i64, Vec<usize>)> = vec![(0, 1, 4, vec![0]), (1, 1, 5, vec![0, 1]), (1, 1, 5, vec![1, 2])];
+        let mut elements: Vec<(i64, i64, i64, Vec<usize>)> = vec![(0, 1, 4, vec![offset]), line(0, 1), line(1, 2)];
         elements.extend(mesh.faces.iter().enumerate().map(|(f, face)| {
             let (entity, group) = if f < 2 { (1, 7) } else { (2, 0) };
-            (2, entity, group, face.to_vec())
+            (2, entity, group, if quadratic { curved[f].to_vec() } else { face.to_vec() })
         }));
-        let kind = |dimension: i64| [15, 1, 2][dimension as usize];
+        let kind = |dimension: i64| if quadratic { [15, 8, 9] } else { [15, 1, 2] }[dimension as usize];
         if self.version == 2 {
-            file.text(&format!("$Nodes\n{}\n", mesh.vertices.len()));
-            for (v, p) in mesh.vertices.iter().enumerate() {
+            file.text(&format!("$Nodes\n{}\n", nodes.len()));
+            for (v, p) in nodes.iter().enumerate() {
                 file.int(node(v));
                 p.iter().for_each(|&x| file.real(x));
                 file.newline();
@@ -212,13 +251,13 @@ impl Gmsh {
             }
             file.newline();
         }
-        let n = mesh.vertices.len() as u64;
+        let n = nodes.len() as u64;
         file.text("\n$EndEntities\n$Nodes\n");
         [1, n, 10, n + 9].into_iter().for_each(|x| file.size(x));
         [2, 1, 0].into_iter().for_each(|x| file.int(x));
         file.size(n);
         (0..n).for_each(|v| file.size(v + 10));
-        for p in &mesh.vertices {
+        for p in &nodes {
             p.iter().for_each(|&x| file.real(x));
             file.newline();
         }

@@ -216,6 +216,7 @@ fn refusals_name_the_place() {
         ("msh", "$Nodes\n1\n".into(), &["line 1", "MeshFormat"]),
         ("msh", msh("1000000000000000000\n", ""), &["line 5", "1000000000000000000 nodes"]),
         ("msh", msh(three, "1\n17 9 2 0 1 1 2 3 1 2 3"), &["face 0", "in the middle of an edge"]),
+        ("msh", msh(three, "1\n17 20 2 0 1 1 2 3 1 2 3 1 2 3"), &["line 12", "element 17", "third-order triangle (type 20)"]),
         ("msh", msh(three, "1\n17 2 2 0 1 1 2 9"), &["line 12", "element 17", "node 9"]),
         ("msh", msh("1\n1 0 0 inf", "0"), &["line 6", "node 1", "not finite"]),
         ("msh", msh("2\n1 0 0 0\n1 0 0 0", "0"), &["line 7", "node 1 occurs twice"]),

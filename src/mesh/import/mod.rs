@@ -139,7 +139,7 @@ impl Soup {
         for (f, middles) in self.middles.iter().enumerate() {
             for (i, &node) in middles.iter().enumerate() {
                 if use_of[node] == Use::Both {
-                    let message = format!("face {f} has node {node} in the middle of an edge, which is a corner of another");
+                    let message = format!("face {f} has node {node}, counted from 0, in the middle of an edge, but it is a corner too");
                     return Err(Error::input_with_help(place, message, "faces must meet along whole edges"));
                 }
                 // The edge after corner `i` lies opposite corner `i + 2`.
@@ -148,8 +148,9 @@ impl Soup {
                 let [a, b] = topology.edges[edge];
                 let gap = (mesh.vertices[node] - mesh.vertices[other]).norm();
                 if gap > SAME_MIDPOINT * (mesh.vertices[a] - mesh.vertices[b]).norm() {
-                    let message =
-                        format!("faces {first} and {f} disagree about the midpoint of the edge {a} {b}: nodes {other} and {node}");
+                    let message = format!(
+                        "faces {first} and {f} disagree about the midpoint of the edge {a} {b}: nodes {other} and {node}, counted from 0"
+                    );
                     return Err(Error::input_with_help(place, message, "merge the nodes of shared edges"));
                 }
             }
