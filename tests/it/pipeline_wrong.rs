@@ -53,7 +53,7 @@ fn supports_that_contradict() {
     assert_refused(&scene, &["pin.0.director={symmetry=[0, 1, 0]}"], &["pin.0.director", "does not lie in the plane of symmetry"]);
     assert_refused(&scene, &["pin.0.director={symmetry=[0, 0, 1]}"], &["pin.0.director", "tangent to the plane of symmetry"]);
     let two = format!("{scene}[[pin]]\nregion = 'bottom'\nmotion = {{ z = '0.01 * t' }}\n");
-    assert_refused(&two, &[], &["pin.1", "coordinate z of vertex 0 is held by another pin too"]);
+    assert_refused(&two, &[], &["pin.1", "coordinate z of node 0 is held by another pin too"]);
     let agree = with(&two, "motion = { z = '0.01 * t' }", "");
     assert_refused(&agree, &[], &["pin.1", "held by another pin too, and one of them moves it"]);
 }
