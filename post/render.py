@@ -92,7 +92,11 @@ def parse_arguments(arguments: Sequence[str] | None = None) -> argparse.Namespac
         help="draw the N-th exported time, from 0; negative ones count from the end",
     )
     parser.add_argument("--size", default="1280x960", help="pixels, WxH [%(default)s]")
-    parser.add_argument("--edges", action="store_true", help="draw the edges of the mesh")
+    parser.add_argument(
+        "--edges",
+        action="store_true",
+        help="draw the edges of the mesh; of curved faces those of their flat pieces",
+    )
     parser.add_argument(
         "--cmap",
         help="colour map of matplotlib [viridis; coolwarm about zero if the sign changes]",

@@ -15,10 +15,10 @@ const MOST_RINGS: usize = 4;
 /// A fit that misses a vertex by more than this fraction of its neighbourhood's radius is no smooth surface.
 const MISFIT: f64 = 0.03;
 /// Singular values below this fraction of the largest count as zero.
-const RANK: f64 = 1e-10;
+const RANK: f64 = 1e-9;
 /// Weight of a monomial by degree. Where vertices cannot tell two heights apart, the smallest coefficients are taken: then the ones of
 /// lowest degree.
-const BY_DEGREE: f64 = 1e-3;
+const BY_DEGREE: f64 = 1e-2;
 /// Iterations allowed to a singular value decomposition; it needs a few dozen.
 const DECOMPOSITION_STEPS: usize = 1000;
 

@@ -222,7 +222,7 @@ fn smooth_fits_keep_planes_and_narrow_strips() {
     let strip = placed(strip, Surface::Smooth);
     let error = strip.midpoints.iter().map(|p| (p.xy().norm() - 1.0).abs()).fold(0.0, f64::max);
     let sagitta = 1.0 - (TAU / 3.0 / 48.0).cos();
-    assert!(error < 0.02 * sagitta, "{error} {sagitta}");
+    assert!(error < 0.05 * sagitta, "{error} {sagitta}");
     let face = Mesh { vertices: vec![Vector3::x(), Vector3::y(), Vector3::z()], faces: vec![[0, 1, 2]], ..Mesh::default() };
     assert!(straight(&placed(Ok(face), Surface::Smooth)) < 1e-15);
     // A roof: no midpoint leaves its two planes by much.

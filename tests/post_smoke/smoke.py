@@ -17,6 +17,9 @@ import numpy as np
 from synthetic import write_case, write_ladder
 
 POST = Path(__file__).resolve().parents[2] / "post"
+sys.path.append(str(POST))
+
+from case import load_series  # noqa: E402
 
 
 class SmokeError(Exception):
@@ -64,6 +67,23 @@ def check_plot(what: str, path: Path) -> None:
     picture = iio.imread(path)[..., :3].astype(int)
     coloured = float(np.mean(np.ptp(picture, axis=2) > 60))
     check(f"{what} has lines", coloured > 3e-4, f"{coloured:.2%} coloured")
+
+
+def smoke_curved(folder: Path) -> None:
+    """Few curved faces must look like many flat ones."""
+    views = {}
+    for name, curved in (("flat", False), ("curved", True)):
+        write_case(folder / name, steps=2, curved=curved)
+        picture = folder / f"{name}.png"
+        run("render.py", folder / name, "-o", picture, "--size", "640x480")
+        views[name] = np.ptp(field_of_view(iio.imread(picture)), axis=2) > 24
+    drawn = load_series(folder / "curved").surfaces[-1].cell_centers().points
+    off = np.abs(np.hypot(drawn[:, 0], drawn[:, 2] - 0.1) - 0.1).max()
+    # Faces drawn flat would miss the cylinder by 1e-3 m, and halved ones by 2e-4 m.
+    check("curved faces are drawn curved", off < 1e-4, f"{off:.1e} m off the cylinder")
+    check_picture("the picture of curved faces", iio.imread(folder / "curved.png"), 0.005)
+    different = np.logical_xor(*views.values()).sum() / views["flat"].sum()
+    check("few curved faces look like many flat", different < 0.05, f"{different:.1%} differs")
 
 
 def smoke(case: Path, folder: Path) -> None:
@@ -123,6 +143,7 @@ def main() -> int:
             write_case(case)
         try:
             smoke(case, folder)
+            smoke_curved(folder)
         except SmokeError as error:
             print(f"post: FAILED: {error}", file=sys.stderr)
             return 1

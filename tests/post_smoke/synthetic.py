@@ -8,18 +8,20 @@ import numpy as np
 import pyvista as pv
 
 
-def bent_strip(curvature: float) -> pv.PolyData:
-    """A strip of 0.2 m x 0.05 m bent to a cylinder of the given curvature (1/m), with arrays."""
-    plane = pv.Plane(
-        center=(0.1, 0.0, 0.0), i_size=0.2, j_size=0.05, i_resolution=40, j_resolution=10
-    ).triangulate()
-    flat = np.asarray(plane.points, dtype=float)
-    turned = flat.copy()
+STRIP = (0.2, 0.05)  # m
+
+
+def bend(flat: np.ndarray, curvature: float) -> np.ndarray:
+    """Points of the flat strip on a cylinder of the given curvature (1/m)."""
+    bent = flat.copy()
     if curvature:
-        turned[:, 0] = np.sin(curvature * flat[:, 0]) / curvature
-        turned[:, 2] = (1 - np.cos(curvature * flat[:, 0])) / curvature
-    surface = pv.PolyData(turned, plane.faces)
-    surface.point_data["displacement"] = turned - flat
+        bent[:, 0] = np.sin(curvature * flat[:, 0]) / curvature
+        bent[:, 2] = (1 - np.cos(curvature * flat[:, 0])) / curvature
+    return bent
+
+
+def with_arrays(surface: pv.DataSet, flat: np.ndarray, curvature: float) -> pv.DataSet:
+    surface.point_data["displacement"] = np.asarray(surface.points) - flat
     surface.point_data["moisture_top"] = (
         curvature / 10 * np.exp(-(((flat[:, 0] - 0.1) / 0.05) ** 2))
     )
@@ -29,8 +31,42 @@ def bent_strip(curvature: float) -> pv.PolyData:
     return surface
 
 
-def write_case(case: Path, steps: int = 6) -> None:
-    """The series, its units and a history in `case`."""
+def bent_strip(curvature: float) -> pv.PolyData:
+    """A strip bent to a cylinder of the given curvature (1/m), of flat faces, with arrays."""
+    plane = pv.Plane(
+        center=(STRIP[0] / 2, 0.0, 0.0),
+        i_size=STRIP[0],
+        j_size=STRIP[1],
+        i_resolution=40,
+        j_resolution=10,
+    ).triangulate()
+    flat = np.asarray(plane.points, dtype=float)
+    return with_arrays(pv.PolyData(bend(flat, curvature), plane.faces), flat, curvature)
+
+
+def curved_strip(curvature: float) -> pv.UnstructuredGrid:
+    """The same strip of curved faces: few of them, and points halfway along their edges."""
+    columns, rows = 6, 2
+    x, y = np.meshgrid(
+        np.linspace(0, STRIP[0], 2 * columns + 1),
+        np.linspace(-STRIP[1] / 2, STRIP[1] / 2, 2 * rows + 1),
+        indexing="ij",
+    )
+    flat = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    node = np.arange(x.size).reshape(x.shape)
+    cells = []
+    for i in range(0, 2 * columns, 2):
+        for j in range(0, 2 * rows, 2):
+            n = node[i : i + 3, j : j + 3]
+            cells.append([6, n[0, 0], n[2, 0], n[2, 2], n[1, 0], n[2, 1], n[1, 1]])
+            cells.append([6, n[0, 0], n[2, 2], n[0, 2], n[1, 1], n[1, 2], n[0, 1]])
+    types = np.full(len(cells), pv.CellType.QUADRATIC_TRIANGLE)
+    grid = pv.UnstructuredGrid(np.ravel(cells), types, bend(flat, curvature))
+    return with_arrays(grid, flat, curvature)
+
+
+def write_case(case: Path, steps: int = 6, curved: bool = False) -> None:
+    """The series, its units and a history in `case`; of curved faces if wanted."""
     vtk = case / "vtk"
     vtk.mkdir(parents=True, exist_ok=True)
     entries = []
@@ -43,8 +79,9 @@ def write_case(case: Path, steps: int = 6) -> None:
         )
         for step in range(steps):
             time = 0.1 * step
-            name = f"surface_{step:04}.vtp"
-            bent_strip(10 * step / max(steps - 1, 1)).save(vtk / name)
+            name = f"surface_{step:04}.{'vtu' if curved else 'vtp'}"
+            strip = curved_strip if curved else bent_strip
+            strip(10 * step / max(steps - 1, 1)).save(vtk / name)
             entries.append(f'<DataSet timestep="{time:g}" group="" part="0" file="{name}"/>')
             writer.writerow(
                 [
