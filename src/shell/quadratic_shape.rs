@@ -161,7 +161,8 @@ const fn metric() -> [[[f64; 6]; 6]; 9] {
         while i < 3 {
             sum += REGGE[c][2 * i] * TANGENT[i][0][p] * TANGENT[i][0][q] + REGGE[c][2 * i + 1] * TANGENT[i][1][p] * TANGENT[i][1][q];
             let [d1, d2] = INNER[i];
-            sum += REGGE[c][6] / 3.0 * d1[p] * d1[q] + REGGE[c][7] / 6.0 * (d1[p] * d2[q] + d2[p] * d1[q]) + REGGE[c][8] / 3.0 * d2[p] * d2[q];
+            sum +=
+                REGGE[c][6] / 3.0 * d1[p] * d1[q] + REGGE[c][7] / 6.0 * (d1[p] * d2[q] + d2[p] * d1[q]) + REGGE[c][8] / 3.0 * d2[p] * d2[q];
             i += 1;
         }
         table[c][p][q] = 2.0 * sum;
@@ -192,8 +193,8 @@ mod tests {
         let slope = |[x, y]: [f64; 2]| [1.1 + 1.4 * x - 0.2 * y, -0.4 - 0.2 * x + 1.8 * y];
         let u = nodes();
         for (k, p) in POINTS.into_iter().enumerate() {
-            for a in 0..2 {
-                assert!((dot(&INNER[k][a], &u) - slope(p)[a]).abs() < 1e-14);
+            for (row, value) in INNER[k].iter().zip(slope(p)) {
+                assert!((dot(row, &u) - value).abs() < 1e-14);
             }
         }
         for (row, value) in SECOND.iter().zip([1.4, -0.2, 1.8]) {

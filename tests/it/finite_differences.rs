@@ -87,7 +87,10 @@ pub fn crumple(nodes: &[Vector3<f64>], unknowns: usize, faces: usize, points: us
     let mut x: Vec<f64> = nodes.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(unknowns, 0.0);
     x.iter_mut().for_each(|x| *x += rng.random_range(-reach..reach));
-    let rest = (0..points * faces).map(|_| Forms { a: [1.1, rng.random_range(0.2..0.5), 1.3], b: [0.1, rng.random_range(-0.3..0.3), -0.2] }).collect();
-    let materials = (0..faces).map(|_| Material { thickness: rng.random_range(0.5..1.0), youngs_modulus: 3.0, poissons_ratio: 0.3 }).collect();
+    let rest = (0..points * faces)
+        .map(|_| Forms { a: [1.1, rng.random_range(0.2..0.5), 1.3], b: [0.1, rng.random_range(-0.3..0.3), -0.2] })
+        .collect();
+    let materials =
+        (0..faces).map(|_| Material { thickness: rng.random_range(0.5..1.0), youngs_modulus: 3.0, poissons_ratio: 0.3 }).collect();
     (x, rest, materials)
 }
