@@ -37,7 +37,8 @@ pub trait Element<const N: usize, const P: usize> {
     /// Derivatives of the forms in the stencil's unknowns.
     fn jacobian(&self, geometry: &Self::Geometry) -> [[[f64; N]; 6]; P];
 
-    /// Adds `sum_i w_i d2(form_i)` to the lower triangle of `hessian`. `membrane_only` leaves the curvatures out.
+    /// Adds `sum_i w_i d2(form_i)` to the lower triangle of `hessian`. `membrane_only` leaves the curvatures out, and what it adds for
+    /// positive semidefinite membrane weights is positive semidefinite.
     fn hessian(&self, geometry: &Self::Geometry, weights: &[Strain; P], membrane_only: bool, hessian: &mut [[f64; N]; N]);
 
     /// Tangent vectors `r1`, `r2` [m] at the integration points.

@@ -81,7 +81,7 @@ pub struct Koiter<E, const N: usize, const P: usize> {
 }
 
 /// `C m` for `C` by its upper triangle.
-#[inline]
+#[inline(always)]
 fn times(c: &[f64; 6], m: [f64; 3]) -> [f64; 3] {
     [c[0] * m[0] + c[1] * m[1] + c[2] * m[2], c[1] * m[0] + c[3] * m[1] + c[4] * m[2], c[2] * m[0] + c[4] * m[1] + c[5] * m[2]]
 }
@@ -149,14 +149,14 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
     }
 
     /// Membrane and bending factors `h/4` and `h^3/12` of a face.
-    #[inline]
+    #[inline(always)]
     fn factors(&self, face: usize) -> [f64; 2] {
         let h = self.materials[face].thickness;
         [0.25 * h, h * h * h / 12.0]
     }
 
     /// Stress (derivative of the energy in each form) at a point for forms `eps`, without damping, and the energy.
-    #[inline]
+    #[inline(always)]
     fn elastic(&self, face: usize, point: usize, eps: &Strain) -> (Strain, f64) {
         let (c, rest, [membrane, bending]) = (&self.stiffness[point], &self.rest[point], self.factors(face));
         let d: [f64; 6] = std::array::from_fn(|i| eps[i] - rest[i]);
@@ -167,7 +167,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
     }
 
     /// Stress with damping, and the energy of both.
-    #[inline]
+    #[inline(always)]
     fn stress(&self, face: usize, point: usize, eps: &Strain) -> (Strain, f64) {
         let (mut stress, mut energy) = self.elastic(face, point, eps);
         if let Some(damping) = &self.damping {
@@ -184,7 +184,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
     }
 
     /// Geometry of a face at `x`.
-    #[inline]
+    #[inline(always)]
     fn geometry(&self, face: usize, x: &[f64]) -> E::Geometry {
         let u = if self.bound() {
             self.scatter.gather(face, x)
@@ -192,6 +192,102 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
             self.element.stencil(face).map(|s| if s == usize::MAX { 0.0 } else { x[s] })
         };
         self.element.geometry(face, &u)
+    }
+
+    /// Runs a task on all faces at `x`.
+    fn run(&self, x: &[f64], task: Task) -> f64 {
+        pulp::Arch::new().dispatch(Faces { shell: self, x, task })
+    }
+
+    /// Energy [J].
+    #[inline(always)]
+    fn sum_energy(&self, x: &[f64]) -> f64 {
+        let mut energy = 0.0;
+        for face in 0..self.element.faces() {
+            let forms = self.element.forms(&self.geometry(face, x));
+            for (k, eps) in forms.iter().enumerate() {
+                energy += self.stress(face, P * face + k, eps).1;
+            }
+        }
+        energy
+    }
+
+    /// Adds the gradient; returns the energy [J].
+    #[inline(always)]
+    fn add_gradient(&self, x: &[f64], into: &mut System) -> f64 {
+        let mut energy = 0.0;
+        for face in 0..self.element.faces() {
+            let geometry = self.geometry(face, x);
+            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+            let mut gradient = [0.0; N];
+            for k in 0..P {
+                let (stress, e) = self.stress(face, P * face + k, &forms[k]);
+                energy += e;
+                for i in 0..6 {
+                    for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
+                        *g += stress[i] * j;
+                    }
+                }
+            }
+            self.scatter.add_gradient(face, &gradient, into);
+        }
+        energy
+    }
+
+    /// Adds gradient and Hessian; returns the energy [J].
+    #[inline(always)]
+    fn add_all(&self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
+        let mut energy = 0.0;
+        let viscous = 1.0 + self.damping.as_ref().map_or(0.0, |d| d.ratio);
+        for face in 0..self.element.faces() {
+            let geometry = self.geometry(face, x);
+            let forms = self.element.forms(&geometry);
+            let jacobian = self.element.jacobian(&geometry);
+            let factors = self.factors(face).map(|f| f * viscous);
+            let (mut gradient, mut hessian) = ([0.0; N], [[0.0; N]; N]);
+            let (mut weights, mut material) = ([[0.0; 6]; P], [[[0.0; N]; 6]; P]);
+            for k in 0..P {
+                let point = P * face + k;
+                let (stress, e) = self.stress(face, point, &forms[k]);
+                energy += e;
+                weights[k] = match curvature {
+                    Curvature::Mixed => self.lagged[point],
+                    Curvature::Projected => {
+                        let mut w = stress;
+                        let rest = &self.rest[point];
+                        project(&mut w, [rest[0], rest[1], rest[2]]);
+                        w
+                    }
+                };
+                for i in 0..6 {
+                    for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
+                        *g += stress[i] * j;
+                    }
+                }
+                set_material_rows(&jacobian[k], &self.stiffness[point], factors, &mut material[k]);
+            }
+            add_material_stiffness(&jacobian, &material, E::STRETCHING, &mut hessian);
+            self.element.hessian(&geometry, &weights, curvature == Curvature::Projected, &mut hessian);
+            self.scatter.add_gradient(face, &gradient, into);
+            self.scatter.add_hessian(face, &hessian, into);
+        }
+        energy
+    }
+
+    /// Sets the stresses that the linearised law gives after the movement `dx`.
+    #[inline(always)]
+    fn extrapolate_stresses(&self, x: &[f64], dx: &[f64], lagged: &mut [Strain]) {
+        for face in 0..self.element.faces() {
+            let geometry = self.geometry(face, x);
+            let du = self.scatter.gather(face, dx);
+            let (mut forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+            for k in 0..P {
+                for i in 0..6 {
+                    forms[k][i] += jacobian[k][i].iter().zip(&du).map(|(j, d)| j * d).sum::<f64>();
+                }
+                lagged[P * face + k] = self.stress(face, P * face + k, &forms[k]).0;
+            }
+        }
     }
 
     /// Whether the scatter has been made; before that, stencils are looked up.
@@ -213,71 +309,15 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N
     }
 
     fn energy(&self, x: &[f64]) -> f64 {
-        let mut energy = 0.0;
-        for face in 0..self.element.faces() {
-            let forms = self.element.forms(&self.geometry(face, x));
-            for (k, eps) in forms.iter().enumerate() {
-                energy += self.stress(face, P * face + k, eps).1;
-            }
-        }
-        energy
+        self.run(x, Task::Energy)
     }
 
     fn assemble(&mut self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
-        let mut energy = 0.0;
-        let viscous = 1.0 + self.damping.as_ref().map_or(0.0, |d| d.ratio);
-        for face in 0..self.element.faces() {
-            let geometry = self.geometry(face, x);
-            let forms = self.element.forms(&geometry);
-            let jacobian = self.element.jacobian(&geometry);
-            let factors = self.factors(face).map(|f| f * viscous);
-            let (mut gradient, mut hessian) = ([0.0; N], [[0.0; N]; N]);
-            let mut weights = [[0.0; 6]; P];
-            for k in 0..P {
-                let point = P * face + k;
-                let (stress, e) = self.stress(face, point, &forms[k]);
-                energy += e;
-                weights[k] = match curvature {
-                    Curvature::Mixed => self.lagged[point],
-                    Curvature::Projected => {
-                        let mut w = stress;
-                        let rest = &self.rest[point];
-                        project(&mut w, [rest[0], rest[1], rest[2]]);
-                        w
-                    }
-                };
-                for i in 0..6 {
-                    for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
-                        *g += stress[i] * j;
-                    }
-                }
-                add_material_stiffness(&jacobian[k], &self.stiffness[point], factors, &mut hessian);
-            }
-            self.element.hessian(&geometry, &weights, curvature == Curvature::Projected, &mut hessian);
-            self.scatter.add_gradient(face, &gradient, into);
-            self.scatter.add_hessian(face, &hessian, into);
-        }
-        energy
+        self.run(x, Task::Assemble(curvature, into))
     }
 
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
-        let mut energy = 0.0;
-        for face in 0..self.element.faces() {
-            let geometry = self.geometry(face, x);
-            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
-            let mut gradient = [0.0; N];
-            for k in 0..P {
-                let (stress, e) = self.stress(face, P * face + k, &forms[k]);
-                energy += e;
-                for i in 0..6 {
-                    for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
-                        *g += stress[i] * j;
-                    }
-                }
-            }
-            self.scatter.add_gradient(face, &gradient, into);
-        }
-        energy
+        self.run(x, Task::Gradient(into))
     }
 
     fn stiffness_along(&self, x: &[f64], y: &[f64]) -> f64 {
@@ -302,17 +342,9 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N
     }
 
     fn extrapolate(&mut self, x: &[f64], dx: &[f64]) {
-        for face in 0..self.element.faces() {
-            let geometry = self.geometry(face, x);
-            let du = self.scatter.gather(face, dx);
-            let (mut forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
-            for k in 0..P {
-                for i in 0..6 {
-                    forms[k][i] += jacobian[k][i].iter().zip(&du).map(|(j, d)| j * d).sum::<f64>();
-                }
-                self.lagged[P * face + k] = self.stress(face, P * face + k, &forms[k]).0;
-            }
-        }
+        let mut lagged = std::mem::take(&mut self.lagged);
+        self.run(x, Task::Extrapolate(dx, &mut lagged));
+        self.lagged = lagged;
     }
 
     fn restart(&mut self, x: &[f64]) {
@@ -325,24 +357,84 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N
     }
 }
 
-/// Adds `J^T diag(f0 C, f1 C) J` to the lower triangle.
-#[inline]
-fn add_material_stiffness<const N: usize>(jacobian: &[[f64; N]; 6], c: &[f64; 6], factors: [f64; 2], hessian: &mut [[f64; N]; N]) {
-    for (part, factor) in factors.into_iter().enumerate() {
-        let j = &jacobian[3 * part..3 * part + 3];
-        let c = c.map(|v| v * factor);
-        let mut cj = [[0.0; N]; 3];
-        for q in 0..N {
-            let column = times(&c, [j[0][q], j[1][q], j[2][q]]);
-            for i in 0..3 {
-                cj[i][q] = column[i];
+/// What is done with all faces in one go.
+enum Task<'a> {
+    Energy,
+    Gradient(&'a mut System),
+    Assemble(Curvature, &'a mut System),
+    Extrapolate(&'a [f64], &'a mut [Strain]),
+}
+
+/// A loop over faces, compiled once more for the wide registers of newer processors; only what is inlined into it gets them. Operations
+/// are neither reordered nor contracted, so the results are the same bit by bit.
+struct Faces<'a, E, const N: usize, const P: usize> {
+    shell: &'a Koiter<E, N, P>,
+    x: &'a [f64],
+    task: Task<'a>,
+}
+
+impl<E: Element<N, P>, const N: usize, const P: usize> pulp::WithSimd for Faces<'_, E, N, P> {
+    /// Energy [J], where the task has one.
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
+        let Faces { shell, x, task } = self;
+        match task {
+            Task::Energy => shell.sum_energy(x),
+            Task::Gradient(into) => shell.add_gradient(x, into),
+            Task::Assemble(curvature, into) => shell.add_all(x, curvature, into),
+            Task::Extrapolate(dx, lagged) => {
+                shell.extrapolate_stresses(x, dx, lagged);
+                0.0
             }
         }
-        for p in 0..N {
-            let (a, b, d) = (j[0][p], j[1][p], j[2][p]);
-            let row = &mut hessian[p];
-            for q in 0..=p {
-                row[q] += a * cj[0][q] + b * cj[1][q] + d * cj[2][q];
+    }
+}
+
+/// Sets the rows `f0 C J` of the membrane, then `f1 C J` of bending, of one point.
+#[inline(always)]
+fn set_material_rows<const N: usize>(jacobian: &[[f64; N]; 6], c: &[f64; 6], factors: [f64; 2], rows: &mut [[f64; N]; 6]) {
+    for (part, factor) in factors.into_iter().enumerate() {
+        let c = c.map(|v| v * factor);
+        for q in 0..N {
+            let column = times(&c, std::array::from_fn(|i| jacobian[3 * part + i][q]));
+            for i in 0..3 {
+                rows[3 * part + i][q] = column[i];
+            }
+        }
+    }
+}
+
+/// Adds `J^T (C J)` to the lower triangle. The first `stretching` unknowns are those that the membrane rows depend on.
+///
+/// In tiles that stay in registers over all rows; `N` is a multiple of 6. What a tile adds above the diagonal is never read.
+#[inline(always)]
+fn add_material_stiffness<const N: usize, const P: usize>(
+    jacobian: &[[[f64; N]; 6]; P],
+    material: &[[[f64; N]; 6]; P],
+    stretching: usize,
+    hessian: &mut [[f64; N]; N],
+) {
+    const { assert!(N.is_multiple_of(6)) };
+    for a in 0..N / 3 {
+        for b in 0..=a / 2 {
+            let first_row = if 3 * a < stretching && 6 * b < stretching { 0 } else { 3 };
+            let mut tile = [[0.0; 6]; 3];
+            for k in 0..P {
+                for c in first_row..6 {
+                    let (left, right) = (&jacobian[k][c].as_chunks::<3>().0[a], &material[k][c].as_chunks::<6>().0[b]);
+                    for i in 0..3 {
+                        for j in 0..6 {
+                            tile[i][j] += left[i] * right[j];
+                        }
+                    }
+                }
+            }
+            for i in 0..3 {
+                for (h, t) in hessian[3 * a + i].as_chunks_mut::<6>().0[b].iter_mut().zip(&tile[i]) {
+                    *h += t;
+                }
             }
         }
     }

@@ -30,7 +30,7 @@ pub enum Measure {
 impl Measure {
     /// Value, first and second derivative at `alpha` [rad]. `tan` continues with a steep line of its own beyond 89.9 degrees, so that an
     /// iterate beyond a right angle has a high energy instead of the one of the opposite branch.
-    #[inline]
+    #[inline(always)]
     pub fn derivatives(self, alpha: f64) -> [f64; 3] {
         match self {
             Measure::Sin => {
@@ -84,7 +84,7 @@ pub struct HingeCurvature {
 impl Hinge {
     /// `tangent`: the edge's tangent `T` [m]; `outward`: `D` [m], on the outer side of the edge; `normal`: unit normal, orthogonal to both;
     /// `reference`: the unit vector `p` that angles are measured to, not along the edge.
-    #[inline]
+    #[inline(always)]
     pub fn new(tangent: &Vector3<f64>, outward: &Vector3<f64>, normal: &Vector3<f64>, reference: &Vector3<f64>) -> Self {
         let length = tangent.norm();
         let t = tangent / length;
@@ -101,14 +101,14 @@ impl Hinge {
     }
 
     /// `q = p_t / (1 - p_t^2)` and its derivative in `p_t`: how turning the edge within its plane changes the angle.
-    #[inline]
+    #[inline(always)]
     fn twist(&self) -> (f64, f64) {
         let p2 = self.p[0] * self.p[0];
         (self.p[0] / (1.0 - p2), (1.0 + p2) / ((1.0 - p2) * (1.0 - p2)))
     }
 
     /// Gradient of the angle: components n of `E`, then o and n of `T` [1/m]; all others vanish.
-    #[inline]
+    #[inline(always)]
     pub fn angle_gradient(&self) -> [f64; 3] {
         let ([_, s, c], (q, _)) = (self.p, self.twist());
         [1.0 / self.height, -q * c / self.length, q * s / self.length]
@@ -116,7 +116,7 @@ impl Hinge {
 
     /// Second derivatives of the angle [1/m2], of which the symmetric ones off the diagonal are given once:
     /// (E_t, T_n), (E_o, E_n), (T_o, T_n), (T_o, T_o) = -(T_n, T_n), (T_t, T_o), (T_t, T_n).
-    #[inline]
+    #[inline(always)]
     pub fn angle_hessian(&self) -> [f64; 6] {
         let ([p, s, c], (q, dq)) = (self.p, self.twist());
         let (l, h) = (self.length, self.height);
@@ -125,7 +125,7 @@ impl Hinge {
     }
 
     /// `f = S(alpha) H` with `alpha = angle + sign phi`, and its gradient. `sign`: +1 or -1.
-    #[inline]
+    #[inline(always)]
     pub fn curvature(&self, measure: Measure, sign: f64, phi: f64) -> HingeCurvature {
         let m = measure.derivatives(self.angle + sign * phi);
         let [a_en, a_to, a_tn] = self.angle_gradient();
@@ -134,7 +134,7 @@ impl Hinge {
     }
 
     /// Hessian of `weight * f`: blocks (E, E), (E, T), (T, T) by components t, o, n, then rows (phi, E), (phi, T) and (phi, phi).
-    #[inline]
+    #[inline(always)]
     pub fn hessian(&self, f: &HingeCurvature, sign: f64, weight: f64) -> HingeHessian {
         let [s0, s1, s2] = f.measure.map(|s| s * weight);
         let (l, h) = (self.length, self.height);

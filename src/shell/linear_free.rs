@@ -55,20 +55,20 @@ impl LinearFree {
 }
 
 /// `r1` and `r2` of a face from its nine coordinates.
-#[inline]
+#[inline(always)]
 pub(super) fn tangents(u: &[f64]) -> [Vector3<f64>; 2] {
     let v0 = Vector3::new(u[0], u[1], u[2]);
     [Vector3::new(u[3], u[4], u[5]) - v0, Vector3::new(u[6], u[7], u[8]) - v0]
 }
 
 /// First form by components 11, 12, 22.
-#[inline]
+#[inline(always)]
 pub(super) fn first_form(r: &[Vector3<f64>; 2]) -> [f64; 3] {
     [r[0].norm_squared(), r[0].dot(&r[1]), r[1].norm_squared()]
 }
 
 /// Derivatives of the first form, in nine coordinates.
-#[inline]
+#[inline(always)]
 pub(super) fn first_form_jacobian<const N: usize>(r: &[Vector3<f64>; 2], rows: &mut [[f64; N]; 6]) {
     for k in 0..3 {
         let (a, b) = (r[0][k], r[1][k]);
@@ -79,7 +79,7 @@ pub(super) fn first_form_jacobian<const N: usize>(r: &[Vector3<f64>; 2], rows: &
 }
 
 /// Adds `sum_i w_i d2(a_i)` to the lower triangle, in nine coordinates. `w`: by components 11, 12, 22.
-#[inline]
+#[inline(always)]
 pub(super) fn add_first_form_hessian<const N: usize>(w: &[f64], hessian: &mut [[f64; N]; N]) {
     let (p, q, r) = (2.0 * w[0], w[1], 2.0 * w[2]);
     for k in 0..3 {
@@ -117,7 +117,7 @@ impl Element<12, 1> for LinearFree {
         s
     }
 
-    #[inline]
+    #[inline(always)]
     fn geometry(&self, face: usize, u: &[f64; 12]) -> FreeGeometry {
         let r = tangents(u);
         let normal = r[0].cross(&r[1]).normalize();
@@ -134,7 +134,7 @@ impl Element<12, 1> for LinearFree {
         [g.r]
     }
 
-    #[inline]
+    #[inline(always)]
     fn forms(&self, g: &FreeGeometry) -> [Strain; 1] {
         let a = first_form(&g.r);
         let f = g.curvatures.map(|c| c.value);
@@ -142,7 +142,7 @@ impl Element<12, 1> for LinearFree {
         [[a[0], a[1], a[2], b[0], b[1], b[2]]]
     }
 
-    #[inline]
+    #[inline(always)]
     fn jacobian(&self, g: &FreeGeometry) -> [[[f64; 12]; 6]; 1] {
         let mut rows = [[0.0; 12]; 6];
         first_form_jacobian(&g.r, &mut rows);
@@ -169,7 +169,7 @@ impl Element<12, 1> for LinearFree {
         [rows]
     }
 
-    #[inline]
+    #[inline(always)]
     fn hessian(&self, g: &FreeGeometry, weights: &[Strain; 1], membrane_only: bool, hessian: &mut [[f64; 12]; 12]) {
         let w = &weights[0];
         add_first_form_hessian(&w[..3], hessian);

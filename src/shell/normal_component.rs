@@ -23,7 +23,7 @@ pub struct TangentPlane {
 
 impl TangentPlane {
     /// `r1`, `r2`: independent tangent vectors [m].
-    #[inline]
+    #[inline(always)]
     pub fn new(r1: &Vector3<f64>, r2: &Vector3<f64>) -> Self {
         let cross = r1.cross(r2);
         let area = cross.norm();
@@ -32,19 +32,19 @@ impl TangentPlane {
     }
 
     /// `r^a . s`: what `z` takes of each tangent vector's change.
-    #[inline]
+    #[inline(always)]
     pub fn components(&self, s: &Vector3<f64>) -> [f64; 2] {
         [self.dual[0].dot(s), self.dual[1].dot(s)]
     }
 
     /// Surface gradient of a node of which `r1` and `r2` have the multiples `b`.
-    #[inline]
+    #[inline(always)]
     pub fn surface_gradient(&self, b: [f64; 2]) -> Vector3<f64> {
         self.dual[0] * b[0] + self.dual[1] * b[1]
     }
 
     /// Second derivative of `n.s` in nodes `p` (rows) and `q` (columns). `value`: `n.s`; `share` and `gradient`: those of the two nodes.
-    #[inline]
+    #[inline(always)]
     pub fn hessian(&self, value: f64, share: [f64; 2], gradient: [&Vector3<f64>; 2]) -> Matrix3<f64> {
         let n = &self.normal;
         let half = n * (0.5 * value * gradient[0].dot(gradient[1]));

@@ -11,7 +11,7 @@ use super::hinge::{Hinge, HingeCurvature, Measure};
 use super::normal_component::TangentPlane;
 use super::quadratic_shape::{BEND, EDGE_NODES, EDGE_TANGENT, GAUSS, INNER, METRIC, OUTWARD, REGGE, SECOND, TANGENT};
 use crate::mesh::{Mesh, Topology};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3};
 
 /// Quadratic element with free directors.
 ///
@@ -44,14 +44,14 @@ pub struct QuadraticGeometry {
 }
 
 /// `sum_p weights[p] nodes[p]`; the first node is the origin.
-#[inline]
+#[inline(always)]
 fn combine(nodes: &[Vector3<f64>; 6], weights: &[f64; 6]) -> Vector3<f64> {
     let [_, a, b, c, d, e] = nodes;
     a * weights[1] + b * weights[2] + c * weights[3] + d * weights[4] + e * weights[5]
 }
 
 /// Adds a block in nodes `p`, `q` to the lower triangle.
-#[inline]
+#[inline(always)]
 fn add_block(hessian: &mut [[f64; 24]; 24], p: usize, q: usize, block: &Matrix3<f64>) {
     let (high, low) = (3 * p.max(q), 3 * p.min(q));
     for i in 0..3 {
@@ -106,28 +106,36 @@ impl QuadraticFree {
     }
 
     /// Director at Gauss point `g` of edge `i` in the face's direction of travel.
-    #[inline]
+    #[inline(always)]
     fn director(&self, face: usize, i: usize, g: usize) -> usize {
         2 * self.face_edges[face][i] + if self.face_edge_signs[face][i] > 0.0 { g } else { 1 - g }
     }
 }
 
 /// Tangent of an edge at its Gauss point `g`, from its start, end and middle.
-#[inline]
+#[inline(always)]
 fn edge_tangent(g: usize, start: &Vector3<f64>, end: &Vector3<f64>, middle: &Vector3<f64>) -> Vector3<f64> {
     let [a, b, m] = EDGE_TANGENT[g];
     start * a + end * b + middle * m
 }
 
+/// The nearest positive semidefinite matrix to a symmetric one, of which the lower triangle is read. Regge interpolation makes indefinite
+/// matrices of positive stresses, so that those need projecting here.
+fn positive_part(lower: Matrix6<f64>) -> Matrix6<f64> {
+    let mut eigen = SymmetricEigen::new(lower);
+    eigen.eigenvalues.apply(|value| *value = value.max(0.0));
+    eigen.recompose()
+}
+
 impl QuadraticGeometry {
     /// What node `p` adds to `E` of a hinge.
-    #[inline]
+    #[inline(always)]
     fn outward_share(&self, i: usize, g: usize, p: usize) -> f64 {
         OUTWARD[i][g][p] - self.hinges[i][g].skew * TANGENT[i][g][p]
     }
 
     /// Adds `sum_k weights[k] d2(n.r_ij)` in the nodes.
-    #[inline]
+    #[inline(always)]
     fn add_normal_hessian(&self, weights: &[Strain; 3], hessian: &mut [[f64; 24]; 24]) {
         for (k, plane) in self.planes.iter().enumerate() {
             let w = &weights[k][3..];
@@ -145,7 +153,7 @@ impl QuadraticGeometry {
     }
 
     /// Adds `weight d2(S H)` of the hinge at Gauss point `g` of edge `i`.
-    #[inline]
+    #[inline(always)]
     fn add_hinge_hessian(&self, i: usize, g: usize, weight: f64, hessian: &mut [[f64; 24]; 24]) {
         let hinge = &self.hinges[i][g];
         let h = hinge.hessian(&self.curvatures[i][g], self.signs[i], weight);
@@ -207,7 +215,7 @@ impl Element<24, 3> for QuadraticFree {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn geometry(&self, face: usize, u: &[f64; 24]) -> QuadraticGeometry {
         let nodes: [Vector3<f64>; 6] = std::array::from_fn(|p| Vector3::new(u[3 * p] - u[0], u[3 * p + 1] - u[1], u[3 * p + 2] - u[2]));
         let tangents: [[Vector3<f64>; 2]; 3] = std::array::from_fn(|k| std::array::from_fn(|a| combine(&nodes, &INNER[k][a])));
@@ -230,7 +238,7 @@ impl Element<24, 3> for QuadraticFree {
         g.tangents
     }
 
-    #[inline]
+    #[inline(always)]
     fn forms(&self, geometry: &QuadraticGeometry) -> [Strain; 3] {
         // What defines the first form: t.a.t at the edges' Gauss points and the mean over the face.
         let mut given = [0.0; 9];
@@ -261,24 +269,24 @@ impl Element<24, 3> for QuadraticFree {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn jacobian(&self, geometry: &QuadraticGeometry) -> [[[f64; 24]; 6]; 3] {
         let mut rows = [[[0.0; 24]; 6]; 3];
         // Gradients of the hinges in the nodes.
-        let hinges: [[[f64; 18]; 2]; 3] = std::array::from_fn(|i| {
-            std::array::from_fn(|g| {
+        let mut hinges = [[[0.0; 18]; 2]; 3];
+        for i in 0..3 {
+            for g in 0..2 {
                 let (hinge, f) = (&geometry.hinges[i][g], &geometry.curvatures[i][g]);
                 let (o, n) = (hinge.frame.column(1), hinge.frame.column(2));
                 let (e, t) = (o * f.e[0] + n * f.e[1], o * f.t[0] + n * f.t[1]);
                 let t = t - e * hinge.skew;
-                let mut gradient = [0.0; 18];
                 for p in 0..6 {
-                    let part = e * OUTWARD[i][g][p] + t * TANGENT[i][g][p];
-                    gradient[3 * p..3 * p + 3].copy_from_slice(part.as_slice());
+                    for k in 0..3 {
+                        hinges[i][g][3 * p + k] = e[k] * OUTWARD[i][g][p] + t[k] * TANGENT[i][g][p];
+                    }
                 }
-                gradient
-            })
-        });
+            }
+        }
         for (k, rows) in rows.iter_mut().enumerate() {
             for (c, row) in rows[..3].iter_mut().enumerate() {
                 for p in 0..6 {
@@ -311,13 +319,21 @@ impl Element<24, 3> for QuadraticFree {
         rows
     }
 
-    #[inline]
+    #[inline(always)]
     fn hessian(&self, geometry: &QuadraticGeometry, weights: &[Strain; 3], membrane_only: bool, hessian: &mut [[f64; 24]; 24]) {
+        let mut stretch = Matrix6::zeros();
         for p in 0..6 {
             for q in 0..=p {
-                let sum: f64 = (0..9).map(|c| weights[c / 3][c % 3] * METRIC[c][p][q]).sum();
+                stretch[(p, q)] = (0..9).map(|c| weights[c / 3][c % 3] * METRIC[c][p][q]).sum();
+            }
+        }
+        if membrane_only {
+            stretch = positive_part(stretch);
+        }
+        for p in 0..6 {
+            for q in 0..=p {
                 for k in 0..3 {
-                    hessian[3 * p + k][3 * q + k] += sum;
+                    hessian[3 * p + k][3 * q + k] += stretch[(p, q)];
                 }
             }
         }
@@ -328,8 +344,8 @@ impl Element<24, 3> for QuadraticFree {
         // Each edge's part of b: g_i g_i^T is (1, 1, 1), (1, 0, 0), (0, 0, 1) by components 11, 12, 22.
         let by_edge = weights.map(|w| [w[3] + w[4] + w[5], w[3], w[5]]);
         for i in 0..3 {
-            for g in 0..2 {
-                let weight = (0..3).map(|k| BEND[i][g][k] * by_edge[k][i]).sum();
+            for (g, bend) in BEND[i].iter().enumerate() {
+                let weight = (0..3).map(|k| bend[k] * by_edge[k][i]).sum();
                 geometry.add_hinge_hessian(i, g, weight, hessian);
             }
         }

@@ -199,8 +199,8 @@ mod tests {
         let slope = |[x, y]: [f64; 2]| [1.1 + 1.4 * x - 0.2 * y, -0.4 - 0.2 * x + 1.8 * y];
         let u = nodes();
         for (k, p) in POINTS.into_iter().enumerate() {
-            for a in 0..2 {
-                assert!((dot(&INNER[k][a], &u) - slope(p)[a]).abs() < 1e-14);
+            for (row, value) in INNER[k].iter().zip(slope(p)) {
+                assert!((dot(row, &u) - value).abs() < 1e-14);
             }
         }
         for (row, value) in SECOND.iter().zip([1.4, -0.2, 1.8]) {

@@ -192,13 +192,13 @@ impl<const N: usize> Scatter<N> {
     }
 
     /// Values of one element's unknowns; 0 where the stencil has none.
-    #[inline]
+    #[inline(always)]
     pub fn gather(&self, element: usize, x: &[f64]) -> [f64; N] {
         self.unknowns[element].map(|u| if u == HELD { 0.0 } else { x[u as usize] })
     }
 
     /// Adds one element's gradient.
-    #[inline]
+    #[inline(always)]
     pub fn add_gradient(&self, element: usize, gradient: &[f64; N], into: &mut System) {
         for (&number, g) in self.numbers[element].iter().zip(gradient) {
             if number != HELD {
@@ -208,7 +208,7 @@ impl<const N: usize> Scatter<N> {
     }
 
     /// Adds one element's Hessian (its lower triangle is read) and, where held unknowns move, its effect on the gradient.
-    #[inline]
+    #[inline(always)]
     pub fn add_hessian(&self, element: usize, hessian: &[[f64; N]; N], into: &mut System) {
         let slots = &self.slots[element * Self::ENTRIES..(element + 1) * Self::ENTRIES];
         let mut k = 0;
