@@ -18,9 +18,10 @@ impl DeadLoad {
     pub fn new(forces: Vec<(usize, Vector3<f64>)>) -> Self {
         DeadLoad { forces, factor: 1.0, numbers: Vec::new() }
     }
+}
 
-    /// Sets the factor on all forces.
-    pub fn set_factor(&mut self, factor: f64) {
+impl super::Load for DeadLoad {
+    fn set_factor(&mut self, factor: f64) {
         self.factor = factor;
     }
 }

@@ -1,8 +1,16 @@
 //! Loads on the nodes of a shell, whatever its element.
 //!
-//! A dead load is a set of nodal forces that keep their direction; weight, point loads and edge loads are all made of them, by the integrals
-//! of the element's shape functions that the caller knows. Loads that follow the surface are not here.
+//! Dead loads are nodal forces that keep their direction; weight, point loads and edge loads are all made of them, by the integrals of the
+//! element's shape functions that the caller knows. Pressure follows the surface. Supports are not here: they are held unknowns.
 
 mod dead;
+mod pressure;
 
 pub use dead::DeadLoad;
+pub use pressure::Pressure;
+
+/// A load whose size changes in time by a factor.
+pub trait Load: crate::sparse::Potential {
+    /// Sets the factor on all of the load.
+    fn set_factor(&mut self, factor: f64);
+}

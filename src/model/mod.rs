@@ -6,4 +6,4 @@ mod rest_driver;
 mod shell_model;
 
 pub use rest_driver::{Ramp, RestDriver};
-pub use shell_model::{HeldUnknown, Load, Motion, Parts, ShellModel, StepFailure, StepReport};
+pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport};

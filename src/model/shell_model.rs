@@ -2,7 +2,7 @@
 
 use super::rest_driver::RestDriver;
 use crate::error::{Error, Result};
-use crate::load::DeadLoad;
+use crate::load::Load;
 use crate::shell::rest::Forms;
 use crate::shell::{Inertial, Shell};
 use crate::snapshot::{Association, Field, Snapshot};
@@ -23,14 +23,14 @@ pub struct HeldUnknown {
     pub motion: Option<Motion>,
 }
 
-/// A dead load.
-pub struct Load {
+/// A load that is applied.
+pub struct AppliedLoad {
     /// Key of its factor in the scene.
     pub key: &'static str,
     /// Its energy's column in the history.
     pub energy_name: &'static str,
-    /// The forces.
-    pub potential: DeadLoad,
+    /// The load.
+    pub potential: Box<dyn Load>,
     /// Factor in time, if that changes.
     pub factor: Option<Motion>,
 }
@@ -42,7 +42,7 @@ pub struct Parts {
     /// Inertia; absent in statics.
     pub inertia: Option<Box<dyn Inertial>>,
     /// Loads, none for a free shell.
-    pub loads: Vec<Load>,
+    pub loads: Vec<AppliedLoad>,
     /// Growth; absent when the rest shape is the initial one.
     pub rest: Option<RestDriver>,
     /// Forms of the initial shape, per integration point.
@@ -242,7 +242,13 @@ impl ShellModel {
             energies.push(("kinetic_energy_J", inertia.kinetic_energy(&self.v)));
         }
         energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
-        energies.extend(self.parts.loads.iter().map(|load| (load.energy_name, load.potential.energy(&self.x))));
+        for load in &self.parts.loads {
+            let energy = load.potential.energy(&self.x);
+            match energies.iter_mut().find(|(name, _)| *name == load.energy_name) {
+                Some((_, sum)) => *sum += energy,
+                None => energies.push((load.energy_name, energy)),
+            }
+        }
         energies
     }
 
@@ -322,6 +328,6 @@ impl ShellModel {
 fn potentials(parts: &mut Parts) -> Vec<&mut dyn Potential> {
     let mut list: Vec<&mut dyn Potential> = vec![&mut *parts.shell];
     list.extend(parts.inertia.as_mut().map(|p| &mut **p as &mut dyn Potential));
-    list.extend(parts.loads.iter_mut().map(|load| &mut load.potential as &mut dyn Potential));
+    list.extend(parts.loads.iter_mut().map(|load| &mut *load.potential as &mut dyn Potential));
     list
 }

@@ -1,4 +1,4 @@
-//! Tables `[gravity]` and `[[pin]]`.
+//! Tables `[gravity]`, `[[force]]`, `[[edge-load]]`, `[[pressure]]` and `[[pin]]`.
 
 use super::Expr;
 use schemars::JsonSchema;
@@ -18,6 +18,46 @@ pub struct Gravity {
 
 fn standard_gravity() -> [f64; 3] {
     [0.0, 0.0, -9.80665]
+}
+
+/// A force on every vertex of a region; it keeps its direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// Name of a region with vertices.
+    pub region: String,
+    /// Force on each vertex [N], each component finite.
+    pub force: [f64; 3],
+    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Expr>,
+}
+
+/// A force per length on the edges of a region; it keeps its direction, and the length is that of the initial shape.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeLoad {
+    /// Name of a region with edges.
+    pub region: String,
+    /// Force per length [N/m], each component finite.
+    pub force: [f64; 3],
+    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Expr>,
+}
+
+/// Pressure on the faces of a region; it follows the surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pressure {
+    /// Name of a region with faces. Absent: all faces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// Pressure [Pa], finite; positive pushes along the normal, towards the top.
+    pub pressure: f64,
+    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Expr>,
 }
 
 /// A support: components of the vertices, and the directors of the edges, of one region.

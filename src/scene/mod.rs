@@ -19,7 +19,7 @@ use crate::math::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use load::{Axis, Gravity, Motion, Pin, PinDirector};
+pub use load::{Axis, EdgeLoad, Force, Gravity, Motion, Pin, PinDirector, Pressure};
 pub use mesh::{Annulus, Cylinder, Disc, MeshFile, MeshTable, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation};
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
@@ -115,6 +115,15 @@ pub struct Scene {
     /// Gravity. Absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Gravity>,
+    /// Forces on vertices.
+    #[serde(default, rename = "force", skip_serializing_if = "Vec::is_empty")]
+    pub forces: Vec<Force>,
+    /// Forces along edges.
+    #[serde(default, rename = "edge-load", skip_serializing_if = "Vec::is_empty")]
+    pub edge_loads: Vec<EdgeLoad>,
+    /// Pressures.
+    #[serde(default, rename = "pressure", skip_serializing_if = "Vec::is_empty")]
+    pub pressures: Vec<Pressure>,
     /// Supports.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,

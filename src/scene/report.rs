@@ -1,6 +1,6 @@
 //! Tables `[report]`, `[[report.expect]]` and `[report.ladder]`.
 
-use super::{Director, Pattern};
+use super::{Director, Element, Pattern};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +57,9 @@ pub enum Measure {
         at: [f64; 3],
         /// Axis.
         axis: super::Axis,
+        /// Name of the region that the vertex is looked for in, as where two edges lie on each other. Absent: all vertices.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        region: Option<String>,
     },
     /// Largest distance of a vertex from the exact cylinder into which the xy plane rolls along x, over the initial length along x, after
     /// the best rigid fit [1].
@@ -99,6 +102,9 @@ pub struct Ladder {
     /// Variants of a rectangle's mesh. Absent: the scene's own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<LadderMesh>,
+    /// Elements. Absent: the scene's own. The quadratic one has no director `average`, which is left out for it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<Element>,
     /// Directors. Absent: the scene's own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub directors: Vec<Director>,

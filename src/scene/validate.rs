@@ -73,6 +73,7 @@ pub(super) fn scene(scene: &Scene) -> Check {
         finite("gravity.acceleration", &gravity.acceleration, "m/s2")?;
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
     }
+    loads(scene)?;
     for (i, table) in scene.pins.iter().enumerate() {
         pin(&format!("pin.{i}"), table)?;
     }
@@ -81,6 +82,22 @@ pub(super) fn scene(scene: &Scene) -> Check {
     within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
     within("solver.max_halvings", scene.solver.max_halvings, 0..=40)?;
     scene.report.as_ref().map_or(Ok(()), |table| report(table, &scene.mesh))
+}
+
+fn loads(scene: &Scene) -> Check {
+    for (i, load) in scene.forces.iter().enumerate() {
+        finite(&format!("force.{i}.force"), &load.force, "N")?;
+        optional_expression(&format!("force.{i}.factor"), &load.factor, TIME)?;
+    }
+    for (i, load) in scene.edge_loads.iter().enumerate() {
+        finite(&format!("edge-load.{i}.force"), &load.force, "N/m")?;
+        optional_expression(&format!("edge-load.{i}.factor"), &load.factor, TIME)?;
+    }
+    for (i, load) in scene.pressures.iter().enumerate() {
+        finite(&format!("pressure.{i}.pressure"), &[load.pressure], "Pa")?;
+        optional_expression(&format!("pressure.{i}.factor"), &load.factor, TIME)?;
+    }
+    Ok(())
 }
 
 fn cells(key: &str, cells: [usize; 2], least: [usize; 2]) -> Check {

@@ -4,6 +4,7 @@
 //! the element's shape functions. Time integration enters only as the predictor that a step starts from.
 
 use super::quadratic_shape::{linear, shape};
+use crate::math::quadrature::RADON;
 use crate::sparse::{Curvature, Numbering, Pattern, Potential, Scatter, System};
 use nalgebra::Vector3;
 
@@ -27,23 +28,6 @@ impl MassKind {
         })
     }
 }
-
-/// Points and weights on the reference triangle, exact to degree 5 (Radon); the weights add up to 1/2.
-const RADON: [([f64; 2], f64); 7] = {
-    const A: f64 = 0.470_142_064_105_115_1;
-    const B: f64 = 0.101_286_507_323_456_3;
-    const WA: f64 = 0.066_197_076_394_253_1;
-    const WB: f64 = 0.062_969_590_272_413_6;
-    [
-        ([1.0 / 3.0, 1.0 / 3.0], 0.1125),
-        ([A, A], WA),
-        ([1.0 - 2.0 * A, A], WA),
-        ([A, 1.0 - 2.0 * A], WA),
-        ([B, B], WB),
-        ([1.0 - 2.0 * B, B], WB),
-        ([B, 1.0 - 2.0 * B], WB),
-    ]
-};
 
 impl MassKind {
     /// Mass matrix of a quadratic triangle. `density`: mass per area of the reference triangle [kg] at the three integration points,

@@ -4,6 +4,8 @@
 //! Nodes of a face: vertices 0, 1, 2, then the midpoint of edge `i`, opposite vertex `i`, as node `3 + i`. Coordinates `(x, y)` of the
 //! reference triangle belong to `v1 - v0` and `v2 - v0`. Everything is computed at compile time; nothing here depends on a mesh.
 
+pub(super) use crate::math::quadrature::{quadratic_shape as shape, quadratic_slopes as gradient};
+
 use super::linear_free::{OUTWARD as OUTWARD_DIRECTION, TANGENT as EDGE_DIRECTION};
 
 /// Gauss points of an edge, in its direction of travel, on [0, 1].
@@ -45,21 +47,6 @@ pub(super) const REGGE: [[f64; 9]; 9] = invert(conditions());
 /// The same by nodes: the derivative of component `c` in node `p` is `sum_q METRIC[c][p][q] x_q`, and half its product with `x_p`, summed,
 /// the component.
 pub(super) const METRIC: [[[f64; 6]; 6]; 9] = metric();
-
-/// Shape functions at a place.
-pub(super) const fn shape([x, y]: [f64; 2]) -> [f64; 6] {
-    let z = 1.0 - x - y;
-    [z * (2.0 * z - 1.0), x * (2.0 * x - 1.0), y * (2.0 * y - 1.0), 4.0 * x * y, 4.0 * z * y, 4.0 * z * x]
-}
-
-/// Derivatives of the shape functions in x and y.
-pub(super) const fn gradient([x, y]: [f64; 2]) -> [[f64; 6]; 2] {
-    let z = 1.0 - x - y;
-    [
-        [1.0 - 4.0 * z, 4.0 * x - 1.0, 0.0, 4.0 * y, -4.0 * y, 4.0 * (z - x)],
-        [1.0 - 4.0 * z, 0.0, 4.0 * y - 1.0, 4.0 * x, 4.0 * (z - y), -4.0 * x],
-    ]
-}
 
 /// Place of Gauss point `g` of edge `i`.
 pub(super) const fn edge_point(i: usize, g: usize) -> [f64; 2] {

@@ -2,11 +2,9 @@
 
 use super::linear_free::TANGENT;
 use super::rest::{Forms, Interpolation, Law, Sampling, Site, admissible, on};
+use crate::math::quadrature::GAUSS;
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Vector2, Vector3};
-
-/// Gauss points and weights on [0, 1], exact to degree 5.
-const GAUSS: [(f64, f64); 3] = [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
 /// Interpolation on the faces of a mesh.
 ///

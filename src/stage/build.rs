@@ -2,12 +2,12 @@
 //!
 //! An absent table becomes no object. What does not change during a run is made once by `setup` and kept in [`Setup`].
 
+use super::loads;
 use super::setup::Setup;
 use crate::error::{Error, Result};
-use crate::load::DeadLoad;
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
-use crate::model::{HeldUnknown, Load, Motion, Parts, Ramp, RestDriver, ShellModel};
+use crate::model::{HeldUnknown, Motion, Parts, Ramp, RestDriver, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
 use crate::shell::rest::{Interpolation, Law, Linear, Pullback, Sampling, ScalarField};
 use crate::shell::{
@@ -45,7 +45,7 @@ fn field(key: &str, expr: &Expr, names: &'static [&'static str]) -> Result<Scala
 }
 
 /// A number in time.
-fn of_time(key: &str, expr: &Expr) -> Result<Box<dyn Fn(f64) -> f64>> {
+pub fn of_time(key: &str, expr: &Expr) -> Result<Box<dyn Fn(f64) -> f64>> {
     let parsed = expression(key, expr, scene::TIME)?;
     Ok(Box::new(move |t| parsed.eval(&[t])))
 }
@@ -157,11 +157,7 @@ fn masses(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Opt
                 .zip(setup.rest_forms.chunks_exact(3))
                 .map(|(m, f)| kind.quadratic(std::array::from_fn(|k| m * root(f[k].a))))
                 .collect();
-            let faces: Vec<[usize; 6]> = (0..mesh.faces.len())
-                .map(|f| {
-                    std::array::from_fn(|p| if p < 3 { mesh.faces[f][p] } else { mesh.vertices.len() + topology.face_edges[f][p - 3] })
-                })
-                .collect();
+            let faces: Vec<[usize; 6]> = (0..mesh.faces.len()).map(|f| loads::six_nodes(mesh, topology, f)).collect();
             carry(&mut nodes, &faces, &matrices);
             Some(Masses { inertia: Box::new(Inertia::<6, 18>::new(faces, matrices)), nodes })
         }
@@ -179,14 +175,7 @@ fn carry<const K: usize>(nodes: &mut [f64], faces: &[[usize; K]], matrices: &[[[
 pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<ShellModel> {
     let masses = masses(scene, mesh, topology, setup);
     let positions = mesh.nodes();
-    let mut loads = Vec::new();
-    if let Some(table) = &scene.gravity {
-        let g = Vector3::from(table.acceleration);
-        let carried = masses.as_ref().map_or(&[][..], |m| &m.nodes);
-        let potential = DeadLoad::new(carried.iter().map(|mass| g * *mass).enumerate().collect());
-        let factor = load_factor(scene, "gravity.factor", &table.factor)?;
-        loads.push(Load { key: "gravity.factor", energy_name: "gravity_energy_J", potential, factor });
-    }
+    let loads = loads::build(scene, mesh, topology, masses.as_ref().map_or(&[], |m| &m.nodes))?;
     let held = setup
         .held
         .iter()
@@ -214,15 +203,6 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         positions,
     };
     ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)
-}
-
-/// A load's factor in time: as given, else the load factor in statics and none in dynamics.
-fn load_factor(scene: &Scene, key: &str, factor: &Option<Expr>) -> Result<Option<Motion>> {
-    match factor {
-        Some(expr) => Ok(Some(of_time(key, expr)?)),
-        None if scene.statics.is_some() => Ok(Some(Box::new(|t| t))),
-        None => Ok(None),
-    }
 }
 
 /// The prescribed displacement along an axis of a pin, if it has one.

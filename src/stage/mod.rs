@@ -5,6 +5,7 @@ mod build;
 pub mod check;
 pub mod export;
 mod fields;
+mod loads;
 pub mod mesh;
 pub mod report;
 pub mod run;

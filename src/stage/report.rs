@@ -6,7 +6,7 @@ use crate::case::{Folder, History, atomic};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
 use crate::report::{Cost, ExpectationResult, LadderRow, Outcome, cylinder_distance, ladder as ladder_table, mean};
-use crate::scene::{Ladder, LadderMesh, Measure, MeshTable, Statistic};
+use crate::scene::{Director, Element, Ladder, LadderMesh, Measure, MeshTable, Statistic};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -134,11 +134,15 @@ impl<'a> Case<'a> {
             Ok(field.data.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect())
         };
         match measure {
-            Measure::Displacement { at, axis } => {
-                let at = Vector3::from(*at);
-                let axis = super::build::axis_index(*axis);
-                let vertex = self.mesh.region_nearest(at).vertices.first().copied();
-                let vertex = vertex.ok_or_else(|| Error::input("report", "the mesh has no vertex"))?;
+            Measure::Displacement { at, axis, region } => {
+                let (at, axis) = (Vector3::from(*at), super::build::axis_index(*axis));
+                let among = match region {
+                    Some(name) => setup::region(&self.mesh, "report", name)?.vertices.clone(),
+                    None => (0..self.mesh.vertices.len()).collect(),
+                };
+                let distance = |v: &usize| (self.mesh.vertices[*v] - at).norm();
+                let vertex = among.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                let vertex = vertex.ok_or_else(|| Error::input("report", "the region has no vertex"))?;
                 Ok(positions()?[vertex][axis] - self.mesh.vertices[vertex][axis])
             }
             Measure::CylinderDistance { radius } => Ok(cylinder_distance(&self.mesh.nodes(), &positions()?, *radius)),
@@ -198,18 +202,23 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
     let thicknesses = if ladder.thicknesses.is_empty() { vec![job.scene.shell.thickness] } else { ladder.thicknesses.clone() };
     let meshes: Vec<Option<&LadderMesh>> = if ladder.meshes.is_empty() { vec![None] } else { ladder.meshes.iter().map(Some).collect() };
     let mut rows = Vec::new();
-    for director in &directors {
+    let elements = if ladder.elements.is_empty() { vec![job.scene.shell.element] } else { ladder.elements.clone() };
+    let pairs = elements.iter().flat_map(|e| directors.iter().map(move |d| (*e, *d)));
+    for (element, director) in pairs.filter(|(e, d)| (*e, *d) != (Element::Quadratic, Director::Average)) {
         for mesh in &meshes {
             for thickness in &thicknesses {
                 for resolution in &ladder.resolutions {
                     let mut scene = job.scene.clone();
-                    scene.shell.director = *director;
+                    (scene.shell.element, scene.shell.director) = (element, director);
                     scene.shell.thickness = *thickness;
                     vary_mesh(&mut scene.mesh, *mesh, *resolution);
                     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
                     let step = Job { scene, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
                     let mut row = ladder_row(&step, &ladder)?;
-                    row.director = director.name().to_owned();
+                    row.director = match element {
+                        Element::Linear => director.name().to_owned(),
+                        Element::Quadratic => format!("quadratic {}", director.name()),
+                    };
                     row.mesh = mesh.map_or_else(|| "own".to_owned(), |m| m.name.clone());
                     row.thickness = *thickness;
                     log::info!(

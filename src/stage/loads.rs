@@ -1,0 +1,99 @@
+//! The loads of a scene as nodal forces and pressures, consistent with the element's shape functions.
+
+use super::build::of_time;
+use super::setup::region;
+use crate::error::{Error, Result};
+use crate::load::{DeadLoad, Load, Pressure};
+use crate::math::quadrature::{GAUSS, linear_triangle, quadratic_triangle};
+use crate::mesh::{Mesh, Topology};
+use crate::model::{AppliedLoad, Motion};
+use crate::scene::{Expr, Scene};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// All loads of a scene; none of an absent table. `carried`: mass that each node carries [kg], for weight.
+///
+/// # Errors
+/// Regions that do not exist or have nothing to load.
+pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -> Result<Vec<AppliedLoad>> {
+    let mut loads = Vec::new();
+    let mut add = |key, energy_name, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
+        loads.push(AppliedLoad { key, energy_name, potential, factor: load_factor(scene, key, factor)? });
+        Ok(())
+    };
+    if let Some(table) = &scene.gravity {
+        let g = Vector3::from(table.acceleration);
+        let forces = carried.iter().map(|mass| g * *mass).enumerate().collect();
+        add("gravity.factor", "gravity_energy_J", Box::new(DeadLoad::new(forces)), &table.factor)?;
+    }
+    for (i, table) in scene.forces.iter().enumerate() {
+        let vertices = &region(mesh, &format!("force.{i}.region"), &table.region)?.vertices;
+        nothing(vertices.is_empty(), &format!("force.{i}.region"), &table.region, "vertices")?;
+        let forces = vertices.iter().map(|v| (*v, Vector3::from(table.force))).collect();
+        add("force.factor", "force_energy_J", Box::new(DeadLoad::new(forces)), &table.factor)?;
+    }
+    for (i, table) in scene.edge_loads.iter().enumerate() {
+        let pairs: BTreeSet<[usize; 2]> = region(mesh, &format!("edge-load.{i}.region"), &table.region)?.edges.iter().copied().collect();
+        nothing(pairs.is_empty(), &format!("edge-load.{i}.region"), &table.region, "edges")?;
+        let mut lengths = BTreeMap::new();
+        for e in (0..topology.edges.len()).filter(|e| pairs.contains(&topology.edges[*e])) {
+            for (node, length) in edge_shares(mesh, topology, e) {
+                *lengths.entry(node).or_insert(0.0) += length;
+            }
+        }
+        let force = Vector3::from(table.force);
+        let forces = lengths.into_iter().map(|(node, length)| (node, force * length)).collect();
+        add("edge-load.factor", "edge_load_energy_J", Box::new(DeadLoad::new(forces)), &table.factor)?;
+    }
+    for (i, table) in scene.pressures.iter().enumerate() {
+        let faces: Vec<usize> = match &table.region {
+            Some(name) => region(mesh, &format!("pressure.{i}.region"), name)?.faces.clone(),
+            None => (0..mesh.faces.len()).collect(),
+        };
+        nothing(faces.is_empty(), &format!("pressure.{i}.region"), table.region.as_deref().unwrap_or(""), "faces")?;
+        let potential: Box<dyn Load> = if mesh.midpoints.is_empty() {
+            let nodes = faces.iter().map(|f| mesh.faces[*f]).collect();
+            Box::new(Pressure::<3, 9>::new(nodes, linear_triangle().to_vec(), table.pressure))
+        } else {
+            let nodes = faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect();
+            Box::new(Pressure::<6, 18>::new(nodes, quadratic_triangle().to_vec(), table.pressure))
+        };
+        add("pressure.factor", "pressure_energy_J", potential, &table.factor)?;
+    }
+    Ok(loads)
+}
+
+/// Nodes of a curved face: its vertices, then the middle of edge `i`, opposite vertex `i`.
+pub fn six_nodes(mesh: &Mesh, topology: &Topology, face: usize) -> [usize; 6] {
+    std::array::from_fn(|p| if p < 3 { mesh.faces[face][p] } else { mesh.vertices.len() + topology.face_edges[face][p - 3] })
+}
+
+/// The length of an edge that each of its nodes carries [m]: the integrals of their shape functions.
+fn edge_shares(mesh: &Mesh, topology: &Topology, e: usize) -> Vec<(usize, f64)> {
+    let [a, b] = topology.edges[e];
+    let (p, q) = (mesh.vertices[a], mesh.vertices[b]);
+    let Some(middle) = mesh.midpoints.get(e) else {
+        let half = 0.5 * (q - p).norm();
+        return vec![(a, half), (b, half)];
+    };
+    let mut shares = [0.0; 3];
+    for (t, weight) in GAUSS {
+        let tangent = p * (4.0 * t - 3.0) + q * (4.0 * t - 1.0) + middle * (4.0 - 8.0 * t);
+        let shape = [(1.0 - t) * (1.0 - 2.0 * t), t * (2.0 * t - 1.0), 4.0 * t * (1.0 - t)];
+        shares.iter_mut().zip(shape).for_each(|(s, n)| *s += weight * n * tangent.norm());
+    }
+    [a, b, mesh.vertices.len() + e].into_iter().zip(shares).collect()
+}
+
+fn nothing(empty: bool, key: &str, region: &str, what: &str) -> Result<()> {
+    if empty { Err(Error::input(key, format!("region '{region}' has no {what} that could be loaded"))) } else { Ok(()) }
+}
+
+/// A load's factor in time: as given, else the load factor in statics and none in dynamics.
+fn load_factor(scene: &Scene, key: &str, factor: &Option<Expr>) -> Result<Option<Motion>> {
+    match factor {
+        Some(expr) => Ok(Some(of_time(key, expr)?)),
+        None if scene.statics.is_some() => Ok(Some(Box::new(|t| t))),
+        None => Ok(None),
+    }
+}
