@@ -4,23 +4,20 @@
 //! where they are. Whether the curved faces are sound is the business of [`super::validate`].
 
 use super::{Mesh, Stars, Topology};
-use nalgebra::{DMatrix, DVector, Unit, Vector3};
+use nalgebra::{SMatrix, SVector, Vector3};
 
 /// How near to the rim, relative to its radius, a vertex counts as lying on it.
 const ON_RIM: f64 = 1e-9;
-/// Vertices around a vertex that a fit asks for before it stops gathering, how many it takes at most, and from how many rings.
-const ENOUGH: usize = 18;
+/// Rings of faces whose vertices a fit takes, at least and at most, and vertices from which on it takes no more.
+const RINGS: [usize; 2] = [2, 4];
 const MOST: usize = 80;
-const MOST_RINGS: usize = 4;
 /// A fit that misses a vertex by more than this fraction of its neighbourhood's radius is no smooth surface.
 const MISFIT: f64 = 0.03;
-/// Singular values below this fraction of the largest count as zero.
-const RANK: f64 = 1e-9;
-/// Weight of a monomial by degree. Where vertices cannot tell two heights apart, the smallest coefficients are taken: then the ones of
-/// lowest degree.
-const BY_DEGREE: f64 = 1e-2;
-/// Iterations allowed to a singular value decomposition; it needs a few dozen.
-const DECOMPOSITION_STEPS: usize = 1000;
+/// Penalty on the square of a coefficient of first, second and third degree. Where vertices cannot tell two heights apart, it takes the
+/// one of lower degree; elsewhere it is too small to matter.
+const PENALTY: [f64; 3] = [1e-12, 1e-10, 1e-8];
+/// A fit is determined if no pivot of its normal equations is below this fraction of the largest.
+const DETERMINED: f64 = 5e-3;
 
 /// The surface on which edges have their midpoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +100,7 @@ struct Patch {
     frame: [Vector3<f64>; 3],
     /// Unit of length of the coefficients [m].
     radius: f64,
-    coefficients: DVector<f64>,
+    coefficients: SVector<f64, 9>,
 }
 
 impl Patch {
@@ -115,17 +112,16 @@ impl Patch {
     /// What carries a point along the normal onto the patch.
     fn lift(&self, point: Vector3<f64>) -> Vector3<f64> {
         let [x, y, z] = self.local(point);
-        let height: f64 = monomials(x, y).iter().zip(&self.coefficients).map(|(m, c)| m * c).sum();
+        let height = monomials(x, y).dot(&self.coefficients);
         self.frame[2] * (self.radius * (height - z))
     }
 }
 
-/// Monomials of first to third degree, weighted by degree, and such that the sum of squares of the coefficients does not depend on the
+/// Monomials of first to third degree, weighted such that the sum of squares of the coefficients of one degree does not depend on the
 /// directions of x and y.
-fn monomials(x: f64, y: f64) -> [f64; 9] {
-    let (two, three) = (2f64.sqrt() * BY_DEGREE, 3f64.sqrt() * BY_DEGREE * BY_DEGREE);
-    let (square, cube) = (BY_DEGREE, BY_DEGREE * BY_DEGREE);
-    [x, y, square * x * x, two * x * y, square * y * y, cube * x * x * x, three * x * x * y, three * x * y * y, cube * y * y * y]
+fn monomials(x: f64, y: f64) -> SVector<f64, 9> {
+    let (two, three) = (2f64.sqrt(), 3f64.sqrt());
+    [x, y, x * x, two * x * y, y * y, x * x * x, three * x * x * y, three * x * y * y, y * y * y].into()
 }
 
 /// The surface fitted around each vertex, if there is one.
@@ -134,28 +130,64 @@ fn patches(mesh: &Mesh) -> Vec<Option<Patch>> {
     (0..mesh.vertices.len()).map(|v| fit(mesh, &stars, v)).collect()
 }
 
+/// Takes vertices from more and more rings until they determine a cubic, as few do at a boundary.
 fn fit(mesh: &Mesh, stars: &Stars, vertex: usize) -> Option<Patch> {
-    let origin = mesh.vertices[vertex];
     let normal = normal(mesh, stars, vertex)?;
-    let around = neighbourhood(mesh, stars, vertex);
+    let first = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    let frame = [first, normal.cross(&first), normal];
+    let mut found = vec![vertex];
+    let mut ring = 0..1;
+    let mut best = None;
+    for count in 1..=RINGS[1] {
+        for k in ring.clone() {
+            for &v in stars.of(found[k]).iter().flat_map(|&f| &mesh.faces[f]) {
+                if found.len() < MOST && !found.contains(&v) {
+                    found.push(v);
+                }
+            }
+        }
+        ring = ring.end..found.len();
+        if ring.is_empty() {
+            break;
+        }
+        if count >= RINGS[0] || found.len() == MOST {
+            let (patch, determined) = regress(mesh, &found, frame)?;
+            best = Some(patch);
+            if determined {
+                break;
+            }
+        }
+    }
+    // A mesh of one ring: what it has must do.
+    let patch = best.or_else(|| regress(mesh, &found, frame).map(|(patch, _)| patch))?;
+    let misses = found.iter().map(|&v| patch.lift(mesh.vertices[v]).norm());
+    misses.fold(0.0, f64::max).le(&(MISFIT * patch.radius)).then_some(patch)
+}
+
+/// Least squares through the first vertex of `found`, and whether they determine all coefficients.
+fn regress(mesh: &Mesh, found: &[usize], frame: [Vector3<f64>; 3]) -> Option<(Patch, bool)> {
+    let (origin, around) = (mesh.vertices[found[0]], &found[1..]);
     let distance = |v: usize| (mesh.vertices[v] - origin).norm();
     let radius = around.iter().map(|&v| distance(v)).fold(0.0, f64::max);
     if !(radius > 0.0 && radius.is_finite()) {
         return None;
     }
-    let first = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
-    let frame = [*first, normal.cross(&first), normal];
-    let mut patch = Patch { origin, frame, radius, coefficients: DVector::zeros(9) };
-    let places: Vec<[f64; 3]> = around.iter().map(|&v| patch.local(mesh.vertices[v])).collect();
-    // Near vertices count more: the patch is used within half an edge.
-    let weights: Vec<f64> = around.iter().map(|&v| radius / distance(v).max(1e-3 * radius)).collect();
-    let matrix = DMatrix::from_fn(places.len(), 9, |i, j| weights[i] * monomials(places[i][0], places[i][1])[j]);
-    let heights = DVector::from_fn(places.len(), |i, _| weights[i] * places[i][2]);
-    let decomposition = matrix.try_svd(true, true, f64::EPSILON, DECOMPOSITION_STEPS)?;
-    let largest = decomposition.singular_values.max();
-    patch.coefficients = decomposition.solve(&heights, RANK * largest).ok()?;
-    let misses = around.iter().map(|&v| patch.lift(mesh.vertices[v]).norm());
-    misses.fold(0.0, f64::max).le(&(MISFIT * radius)).then_some(patch)
+    let mut patch = Patch { origin, frame, radius, coefficients: SVector::zeros() };
+    let penalty = |k: usize| PENALTY[usize::from(k > 1) + usize::from(k > 4)];
+    let mut matrix = SMatrix::<f64, 9, 9>::from_diagonal(&SVector::from_fn(|k, _| penalty(k)));
+    let mut right = SVector::<f64, 9>::zeros();
+    for &v in around {
+        let [x, y, z] = patch.local(mesh.vertices[v]);
+        // Near vertices count more: the patch is used within half an edge.
+        let weight = (radius / distance(v).max(1e-3 * radius)).powi(2);
+        let row = monomials(x, y);
+        matrix += row * row.transpose() * weight;
+        right += row * (z * weight);
+    }
+    let factor = matrix.cholesky()?;
+    let pivots = factor.l_dirty().diagonal().map(|l| l * l);
+    patch.coefficients = factor.solve(&right);
+    Some((patch, pivots.min() > DETERMINED * pivots.max()))
 }
 
 /// Vertex normal: faces weighted by the sine of their angle over the lengths of its sides (N. Max, Journal of Graphics Tools 4, 1999),
@@ -168,28 +200,4 @@ fn normal(mesh: &Mesh, stars: &Stars, vertex: usize) -> Option<Vector3<f64>> {
         Some((u / u.norm_squared()).cross(&(v / v.norm_squared())))
     });
     sum.sum::<Vector3<f64>>().try_normalize(0.0)
-}
-
-/// Vertices in rings of faces around a vertex, without itself: two rings, more until there are enough, at most [`MOST`].
-fn neighbourhood(mesh: &Mesh, stars: &Stars, vertex: usize) -> Vec<usize> {
-    let mut found = vec![vertex];
-    let mut ring = 0..1;
-    for count in 0..MOST_RINGS {
-        if count >= 2 && found.len() > ENOUGH {
-            break;
-        }
-        for k in ring.clone() {
-            for &v in stars.of(found[k]).iter().flat_map(|&f| &mesh.faces[f]) {
-                if found.len() > MOST {
-                    break;
-                }
-                if !found.contains(&v) {
-                    found.push(v);
-                }
-            }
-        }
-        ring = ring.end..found.len();
-    }
-    found.remove(0);
-    found
 }

@@ -81,8 +81,11 @@ pub fn check(mesh: &mut Mesh, place: &str) -> Result<Vec<String>> {
     Ok(warnings)
 }
 
+/// Refuses faces (what is wrong, what helps), unless there are none.
+type Refuse<'a> = dyn Fn(Vec<usize>, &str, &str) -> Result<()> + 'a;
+
 /// Refuses curved faces whose midpoints make no sense.
-fn check_midpoints(mesh: &Mesh, refuse: &dyn Fn(Vec<usize>, &str, &str) -> Result<()>) -> Result<()> {
+fn check_midpoints(mesh: &Mesh, refuse: &Refuse) -> Result<()> {
     if mesh.midpoints.is_empty() {
         return Ok(());
     }
