@@ -33,6 +33,9 @@ pub const RADON: [([f64; 2], f64); 7] = {
 /// Gauss points and weights on [0, 1], exact to degree 5.
 pub const GAUSS: [(f64, f64); 3] = [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
+/// Gauss points on [0, 1], exact to degree 3 with weights 1/2.
+pub const GAUSS_2: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
 /// Shape functions of the quadratic triangle.
 pub const fn quadratic_shape([x, y]: [f64; 2]) -> [f64; 6] {
     let z = 1.0 - x - y;

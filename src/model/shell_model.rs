@@ -10,7 +10,7 @@ use crate::solve::{Counters, Failure, Newton, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
 
-/// Displacement of a held unknown in time [m].
+/// Displacement of a held unknown in time [m, or rad for a director].
 pub type Motion = Box<dyn Fn(f64) -> f64>;
 
 /// A held unknown.
@@ -27,8 +27,8 @@ pub struct HeldUnknown {
 pub struct AppliedLoad {
     /// Key of its factor in the scene.
     pub key: &'static str,
-    /// Its energy's column in the history.
-    pub energy_name: &'static str,
+    /// Its energy's column in the history; none for a load that has no energy.
+    pub energy_name: Option<&'static str>,
     /// The load.
     pub potential: Box<dyn Load>,
     /// Factor in time, if that changes.
@@ -172,7 +172,10 @@ impl ShellModel {
                     let reason = format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown));
                     return Err(StepFailure::Input { place: "pin.motion", reason });
                 }
-                targets.push((held.unknown, held.start + d));
+                // Angles count from the present references, which turn with them.
+                let angle = held.unknown >= 3 * self.parts.positions.len();
+                let value = if angle { d - motion(self.time) } else { held.start + d };
+                targets.push((held.unknown, value));
             }
         }
         Ok(targets)
@@ -243,10 +246,11 @@ impl ShellModel {
         }
         energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
         for load in &self.parts.loads {
+            let Some(name) = load.energy_name else { continue };
             let energy = load.potential.energy(&self.x);
-            match energies.iter_mut().find(|(name, _)| *name == load.energy_name) {
+            match energies.iter_mut().find(|(other, _)| *other == name) {
                 Some((_, sum)) => *sum += energy,
-                None => energies.push((load.energy_name, energy)),
+                None => energies.push((name, energy)),
             }
         }
         energies

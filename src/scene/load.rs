@@ -1,4 +1,4 @@
-//! Tables `[gravity]`, `[[force]]`, `[[edge-load]]`, `[[pressure]]` and `[[pin]]`.
+//! Tables `[gravity]`, `[[force]]`, `[[edge-load]]`, `[[moment]]`, `[[pressure]]` and `[[pin]]`.
 
 use super::Expr;
 use schemars::JsonSchema;
@@ -41,6 +41,19 @@ pub struct EdgeLoad {
     pub region: String,
     /// Force per length [N/m], each component finite.
     pub force: [f64; 3],
+    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Expr>,
+}
+
+/// A moment per length that turns the directors of the edges of a region about the edges. Not with `director = "average"`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Moment {
+    /// Name of a region with edges.
+    pub region: String,
+    /// Moment per length of the initial shape [N]; its part along each edge acts, and goes on acting about the edge as it turns.
+    pub moment: [f64; 3],
     /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
@@ -94,13 +107,25 @@ fn all_components() -> Vec<Axis> {
 }
 
 /// Support of directors.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PinDirector {
     /// Held at its initial direction: a clamped edge.
     Clamped,
     /// Held in the plane of symmetry with this normal, which must contain the edges.
     Symmetry([f64; 3]),
+    /// Clamped, and turned about the edges. Not with `director = "average"`.
+    Rotation(Rotation),
+}
+
+/// A prescribed rotation of clamped directors about their edges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rotation {
+    /// Axis that says which sense is positive; not orthogonal to the edges.
+    pub axis: [f64; 3],
+    /// Angle since the start [degrees], of t.
+    pub angle: Expr,
 }
 
 /// Displacement of the held components [m], of x, y, z (initial place) and t.

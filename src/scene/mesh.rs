@@ -159,6 +159,20 @@ pub struct MeshFile {
     /// Factor that turns the file's lengths into metres, > 0 (0.001 for a file in mm).
     #[serde(default = "one")]
     pub scale: f64,
+    /// Where the quadratic element has the middles of the edges of a linear file; a quadratic file brings its own.
+    #[serde(default)]
+    pub midpoints: Midpoints,
+}
+
+/// Middles of the edges of a linear mesh file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Midpoints {
+    /// Halfway along the straight edges: a curved shell then has kinks.
+    #[default]
+    Straight,
+    /// On a smooth surface fitted to the vertices around.
+    Smooth,
 }
 
 fn one() -> f64 {

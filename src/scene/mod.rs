@@ -19,8 +19,10 @@ use crate::math::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use load::{Axis, EdgeLoad, Force, Gravity, Motion, Pin, PinDirector, Pressure};
-pub use mesh::{Annulus, Cylinder, Disc, MeshFile, MeshTable, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation};
+pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
+pub use mesh::{
+    Annulus, Cylinder, Disc, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation,
+};
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
 pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
@@ -121,6 +123,9 @@ pub struct Scene {
     /// Forces along edges.
     #[serde(default, rename = "edge-load", skip_serializing_if = "Vec::is_empty")]
     pub edge_loads: Vec<EdgeLoad>,
+    /// Moments along edges.
+    #[serde(default, rename = "moment", skip_serializing_if = "Vec::is_empty")]
+    pub moments: Vec<Moment>,
     /// Pressures.
     #[serde(default, rename = "pressure", skip_serializing_if = "Vec::is_empty")]
     pub pressures: Vec<Pressure>,

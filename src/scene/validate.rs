@@ -74,7 +74,10 @@ pub(super) fn scene(scene: &Scene) -> Check {
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
     }
     loads(scene)?;
+    let turned = |pin: &Pin| matches!(pin.director, Some(PinDirector::Rotation(_)));
     for (i, table) in scene.pins.iter().enumerate() {
+        let angles = scene.shell.director != Director::Average || !turned(table);
+        require(&format!("pin.{i}.director"), angles, "needs directors of the edges' own, which `average` has not")?;
         pin(&format!("pin.{i}"), table)?;
     }
     count_of_steps(scene)?;
@@ -92,6 +95,12 @@ fn loads(scene: &Scene) -> Check {
     for (i, load) in scene.edge_loads.iter().enumerate() {
         finite(&format!("edge-load.{i}.force"), &load.force, "N/m")?;
         optional_expression(&format!("edge-load.{i}.factor"), &load.factor, TIME)?;
+    }
+    for (i, load) in scene.moments.iter().enumerate() {
+        finite(&format!("moment.{i}.moment"), &load.moment, "N")?;
+        optional_expression(&format!("moment.{i}.factor"), &load.factor, TIME)?;
+        let angles = scene.shell.director != Director::Average;
+        require(&format!("moment.{i}"), angles, "needs directors of the edges' own, which `average` has not")?;
     }
     for (i, load) in scene.pressures.iter().enumerate() {
         finite(&format!("pressure.{i}.pressure"), &[load.pressure], "Pa")?;
@@ -248,8 +257,13 @@ fn pin(key: &str, pin: &Pin) -> Check {
     for (i, axis) in pin.components.iter().enumerate() {
         require(&held, !pin.components[..i].contains(axis), "a component is repeated")?;
     }
-    if let Some(PinDirector::Symmetry(normal)) = &pin.director {
-        non_zero(&format!("{key}.director.symmetry"), normal)?;
+    match &pin.director {
+        Some(PinDirector::Symmetry(normal)) => non_zero(&format!("{key}.director.symmetry"), normal)?,
+        Some(PinDirector::Rotation(rotation)) => {
+            non_zero(&format!("{key}.director.rotation.axis"), &rotation.axis)?;
+            expression(&format!("{key}.director.rotation.angle"), &rotation.angle, TIME)?;
+        }
+        Some(PinDirector::Clamped) | None => {}
     }
     let Some(motion) = &pin.motion else { return Ok(()) };
     let mut moves = false;

@@ -77,6 +77,8 @@ pub struct Koiter<E, const N: usize, const P: usize> {
     /// Per point, the symmetric matrix `C` (11 12 13 22 23 33) with `m.C.m / 2 = w sqrt(det abar) ||S m||^2`.
     stiffness: Vec<[f64; 6]>,
     lagged: Vec<Strain>,
+    /// Directors and lagged stresses to put back when an iteration fails.
+    saved: (Vec<Vector3<f64>>, Vec<Strain>),
     damping: Option<Damping>,
 }
 
@@ -143,6 +145,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
             rest: vec![[0.0; 6]; points],
             stiffness: vec![[0.0; 6]; points],
             lagged: vec![[0.0; 6]; points],
+            saved: Default::default(),
             damping: viscosity.map(|viscosity| Damping { viscosity, ratio: 0.0, start: vec![[0.0; 6]; points] }),
             element,
         }
@@ -318,6 +321,18 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N
 
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
         self.run(x, Task::Gradient(into))
+    }
+
+    fn save(&mut self) {
+        self.saved.0.clear();
+        self.saved.0.extend_from_slice(self.element.directors());
+        self.saved.1.clear();
+        self.saved.1.extend_from_slice(&self.lagged);
+    }
+
+    fn put_back(&mut self) {
+        self.element.set_directors(&self.saved.0);
+        self.lagged.copy_from_slice(&self.saved.1);
     }
 
     fn stiffness_along(&self, x: &[f64], y: &[f64]) -> f64 {

@@ -9,7 +9,7 @@ pub(super) use crate::math::quadrature::{quadratic_shape as shape, quadratic_slo
 use super::linear_free::{OUTWARD as OUTWARD_DIRECTION, TANGENT as EDGE_DIRECTION};
 
 /// Gauss points of an edge, in its direction of travel, on [0, 1].
-pub(super) const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+pub(super) use crate::math::quadrature::GAUSS_2 as GAUSS;
 
 /// Interior integration points.
 pub(super) const POINTS: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];

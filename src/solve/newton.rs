@@ -133,10 +133,12 @@ impl Newton {
             return Ok(Solved { iterations: 0, increment: 0.0, residual: 0.0, negative_pivots: 0 });
         }
         let start = x.to_vec();
+        potentials.iter_mut().for_each(|p| p.save());
         let moved: Vec<(usize, f64)> = targets.iter().map(|&(i, value)| (i, value - x[i])).filter(|(_, d)| *d != 0.0).collect();
         match self.mixed(potentials, x, &moved, self.settings.max_iterations) {
             Ok(solved) => {
-                targets.iter().for_each(|&(i, value)| x[i] = value);
+                // Exactly, without the round-off of the increments. Angles are zero again: their references have turned.
+                targets.iter().filter(|(i, _)| *i < self.settings.lengths).for_each(|&(i, value)| x[i] = value);
                 return Ok(solved);
             }
             // Singular before anything moved: no step and no descent mends a mechanism.
@@ -144,6 +146,7 @@ impl Newton {
             Err(failure) => log::debug!("mixed iteration: {failure:?}; descending on the energy"),
         }
         x.copy_from_slice(&start);
+        potentials.iter_mut().for_each(|p| p.put_back());
         // Descent starts with the supports moved and all else left behind. Where that tears the shell it would settle in a wrong valley.
         let reach = moved.iter().filter(|(i, _)| *i < self.settings.lengths).fold(0.0f64, |m, (_, d)| m.max(d.abs()));
         if reach > TEAR * self.settings.diameter {
@@ -318,11 +321,12 @@ impl Newton {
                 break;
             }
             if movement <= polish_below || movement <= self.settings.tolerance {
-                let kept = x.to_vec();
                 potentials.iter_mut().for_each(|p| {
                     p.prepare(x);
                     p.restart(x);
+                    p.save();
                 });
+                let kept = x.to_vec();
                 let kept_energy: f64 = potentials.iter().map(|p| p.energy(x)).sum();
                 if let Ok(solved) = self.mixed(potentials, x, &[], self.settings.max_iterations) {
                     let reached: f64 = potentials.iter().map(|p| p.energy(x)).sum();
@@ -331,6 +335,7 @@ impl Newton {
                     }
                 }
                 x.copy_from_slice(&kept);
+                potentials.iter_mut().for_each(|p| p.put_back());
                 polish_below = 0.03 * movement;
             }
         }

@@ -45,6 +45,12 @@ pub trait Potential {
     /// Called when iterations start anew from `x` without extrapolated values.
     fn restart(&mut self, _x: &[f64]) {}
 
+    /// Remembers what [`prepare`](Potential::prepare) and [`extrapolate`](Potential::extrapolate) change.
+    fn save(&mut self) {}
+
+    /// Puts back what was saved last.
+    fn put_back(&mut self) {}
+
     /// Largest fraction of `dx`, 0 to 1, that this effect allows.
     fn max_step(&self, _x: &[f64], _dx: &[f64]) -> f64 {
         1.0

@@ -3,7 +3,8 @@
 //! An absent table becomes no object. What does not change during a run is made once by `setup` and kept in [`Setup`].
 
 use super::loads;
-use super::setup::Setup;
+use super::setup::{Held, Setup};
+use super::supports;
 use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
@@ -181,15 +182,7 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         .iter()
         .map(|h| {
             let start = positions.get(h.unknown / 3).map_or(0.0, |p| p[h.unknown % 3]);
-            let motion: Option<Motion> = match h.pin.and_then(|pin| pin_motion(scene, pin, h.unknown % 3)) {
-                None => None,
-                Some(expr) => {
-                    let parsed = expression("pin.motion", expr, scene::POSITION_AND_TIME)?;
-                    let p = positions[h.unknown / 3];
-                    Some(Box::new(move |t| parsed.eval(&[p.x, p.y, p.z, t])))
-                }
-            };
-            Ok(HeldUnknown { unknown: h.unknown, start, motion })
+            Ok(HeldUnknown { unknown: h.unknown, start, motion: motion(scene, mesh, topology, &positions, h)? })
         })
         .collect::<Result<Vec<_>>>()?;
     let parts = Parts {
@@ -203,6 +196,23 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         positions,
     };
     ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)
+}
+
+/// What moves a held unknown: a pin's displacement [m], or its rotation [rad] about the edge's own direction.
+fn motion(scene: &Scene, mesh: &Mesh, topology: &Topology, nodes: &[Vector3<f64>], held: &Held) -> Result<Option<Motion>> {
+    let Some(pin) = held.pin else { return Ok(None) };
+    let first_angle = supports::first_angle(mesh);
+    if held.unknown < first_angle {
+        let Some(expr) = pin_motion(scene, pin, held.unknown % 3) else { return Ok(None) };
+        let parsed = expression("pin.motion", expr, scene::POSITION_AND_TIME)?;
+        let p = nodes[held.unknown / 3];
+        return Ok(Some(Box::new(move |t| parsed.eval(&[p.x, p.y, p.z, t]))));
+    }
+    let Some(scene::PinDirector::Rotation(rotation)) = scene.pins.get(pin).and_then(|p| p.director.as_ref()) else { return Ok(None) };
+    let edge = topology.edges[(held.unknown - first_angle) / supports::angles_per_edge(scene)];
+    let sense = supports::edge_sense(mesh, edge, &rotation.axis).map_err(|e| Error::input("pin.director.rotation.axis", e))?;
+    let angle = of_time("pin.director.rotation.angle", &rotation.angle)?;
+    Ok(Some(Box::new(move |t| sense * angle(t).to_radians())))
 }
 
 /// The prescribed displacement along an axis of a pin, if it has one.

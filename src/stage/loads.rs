@@ -2,9 +2,10 @@
 
 use super::build::of_time;
 use super::setup::region;
+use super::supports::{angles_per_edge, first_angle};
 use crate::error::{Error, Result};
-use crate::load::{DeadLoad, Load, Pressure};
-use crate::math::quadrature::{GAUSS, linear_triangle, quadratic_triangle};
+use crate::load::{DeadLoad, EdgeMoment, Load, Pressure};
+use crate::math::quadrature::{GAUSS, GAUSS_2, linear_triangle, quadratic_triangle};
 use crate::mesh::{Mesh, Topology};
 use crate::model::{AppliedLoad, Motion};
 use crate::scene::{Expr, Scene};
@@ -17,20 +18,20 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Regions that do not exist or have nothing to load.
 pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -> Result<Vec<AppliedLoad>> {
     let mut loads = Vec::new();
-    let mut add = |key, energy_name, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
+    let mut add = |key, energy_name: Option<&'static str>, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
         loads.push(AppliedLoad { key, energy_name, potential, factor: load_factor(scene, key, factor)? });
         Ok(())
     };
     if let Some(table) = &scene.gravity {
         let g = Vector3::from(table.acceleration);
         let forces = carried.iter().map(|mass| g * *mass).enumerate().collect();
-        add("gravity.factor", "gravity_energy_J", Box::new(DeadLoad::new(forces)), &table.factor)?;
+        add("gravity.factor", Some("gravity_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
     }
     for (i, table) in scene.forces.iter().enumerate() {
         let vertices = &region(mesh, &format!("force.{i}.region"), &table.region)?.vertices;
         nothing(vertices.is_empty(), &format!("force.{i}.region"), &table.region, "vertices")?;
         let forces = vertices.iter().map(|v| (*v, Vector3::from(table.force))).collect();
-        add("force.factor", "force_energy_J", Box::new(DeadLoad::new(forces)), &table.factor)?;
+        add("force.factor", Some("force_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
     }
     for (i, table) in scene.edge_loads.iter().enumerate() {
         let pairs: BTreeSet<[usize; 2]> = region(mesh, &format!("edge-load.{i}.region"), &table.region)?.edges.iter().copied().collect();
@@ -43,7 +44,20 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
         }
         let force = Vector3::from(table.force);
         let forces = lengths.into_iter().map(|(node, length)| (node, force * length)).collect();
-        add("edge-load.factor", "edge_load_energy_J", Box::new(DeadLoad::new(forces)), &table.factor)?;
+        add("edge-load.factor", Some("edge_load_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
+    }
+    for (i, table) in scene.moments.iter().enumerate() {
+        let pairs: BTreeSet<[usize; 2]> = region(mesh, &format!("moment.{i}.region"), &table.region)?.edges.iter().copied().collect();
+        nothing(pairs.is_empty(), &format!("moment.{i}.region"), &table.region, "edges")?;
+        let (moment, count, first) = (Vector3::from(table.moment), angles_per_edge(scene), first_angle(mesh));
+        let mut moments = Vec::new();
+        for e in (0..topology.edges.len()).filter(|e| pairs.contains(&topology.edges[*e])) {
+            for (g, tangent) in angle_tangents(mesh, topology, e).into_iter().enumerate() {
+                // The tangent carries the length, so this is the integral of the moment's part along the edge.
+                moments.push((first + count * e + g, moment.dot(&tangent) / count as f64));
+            }
+        }
+        add("moment.factor", None, Box::new(EdgeMoment::new(moments)), &table.factor)?;
     }
     for (i, table) in scene.pressures.iter().enumerate() {
         let faces: Vec<usize> = match &table.region {
@@ -58,7 +72,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
             let nodes = faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect();
             Box::new(Pressure::<6, 18>::new(nodes, quadratic_triangle().to_vec(), table.pressure))
         };
-        add("pressure.factor", "pressure_energy_J", potential, &table.factor)?;
+        add("pressure.factor", Some("pressure_energy_J"), potential, &table.factor)?;
     }
     Ok(loads)
 }
@@ -66,6 +80,13 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
 /// Nodes of a curved face: its vertices, then the middle of edge `i`, opposite vertex `i`.
 pub fn six_nodes(mesh: &Mesh, topology: &Topology, face: usize) -> [usize; 6] {
     std::array::from_fn(|p| if p < 3 { mesh.faces[face][p] } else { mesh.vertices.len() + topology.face_edges[face][p - 3] })
+}
+
+/// Tangents of an edge [m] at its director angles, from the lower vertex to the higher.
+fn angle_tangents(mesh: &Mesh, topology: &Topology, e: usize) -> Vec<Vector3<f64>> {
+    let [p, q] = topology.edges[e].map(|v| mesh.vertices[v]);
+    let Some(middle) = mesh.midpoints.get(e) else { return vec![q - p] };
+    GAUSS_2.iter().map(|t| p * (4.0 * t - 3.0) + q * (4.0 * t - 1.0) + middle * (4.0 - 8.0 * t)).collect()
 }
 
 /// The length of an edge that each of its nodes carries [m]: the integrals of their shape functions.

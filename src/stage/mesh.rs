@@ -40,7 +40,7 @@ pub fn inputs(job: &Job) -> Result<String> {
     let regions = json(serde_json::to_string(&(&job.scene.regions, job.scene.shell.element)))?;
     let mesh = match &job.scene.mesh {
         // The file counts by what is in it, not by where it is.
-        MeshTable::File(table) => format!("{} {}", table.scale, hash::file(&beside(&job.scene_file, &table.path))?),
+        MeshTable::File(table) => format!("{:?} {} {}", table.midpoints, table.scale, hash::file(&beside(&job.scene_file, &table.path))?),
         table => json(serde_json::to_string(table))?,
     };
     Ok(hash::of(&[mesh.as_bytes(), regions.as_bytes()]))
@@ -77,9 +77,10 @@ fn beside(scene_file: &Path, path: &Path) -> PathBuf {
     scene_file.parent().unwrap_or(Path::new("")).join(path)
 }
 
-/// The surface on which the midpoints of a generated mesh lie. The faces of a file stay flat unless the file has midpoints of its own.
+/// The surface on which the midpoints of the edges lie, unless a file brings them.
 fn surface(table: &MeshTable) -> Surface {
     match table {
+        MeshTable::File(t) if t.midpoints == scene::Midpoints::Smooth => Surface::Smooth,
         MeshTable::Rectangle(_) | MeshTable::Outline(_) | MeshTable::File(_) => Surface::Plane,
         MeshTable::Disc(t) => Surface::Disc { radius: t.radius },
         MeshTable::Annulus(_) => Surface::Annulus,
@@ -138,7 +139,14 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     warnings.extend(validate::check(&mut mesh, &place)?);
     if scene.shell.element == scene::Element::Quadratic {
         if mesh.midpoints.is_empty() {
-            midpoints::place(&mut mesh, surface(&scene.mesh));
+            let surface = surface(&scene.mesh);
+            midpoints::place(&mut mesh, surface);
+            validate::check(&mut mesh, &place)?;
+            if matches!((&scene.mesh, surface), (MeshTable::File(_), Surface::Plane)) {
+                warnings.push(format!(
+                    "{place}: its faces are flat, so a curved shell has kinks between them; mesh.file.midpoints = \"smooth\" rounds them"
+                ));
+            }
         }
     } else if !mesh.midpoints.is_empty() {
         warnings.push("the linear element leaves out the midpoints of the mesh's edges".into());

@@ -68,7 +68,7 @@ pub fn path(job: &Job) -> PathBuf {
 /// Hash of what the stage's file is made from: the mesh and the tables it reads.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.pressures);
+    let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
     let start = (s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity));
     let tables = serde_json::to_string(&(&s.shell, &s.rest, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;

@@ -15,13 +15,7 @@ use std::collections::BTreeMap;
 /// Regions that do not exist or have nothing to hold, planes of symmetry that do not fit, two pins of which one moves what the other holds.
 pub fn find(scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<(Vec<Held>, Vec<(usize, Director)>)> {
     let normals = initial_directors(mesh, topology);
-    let angles_per_edge = match (scene.shell.director, scene.shell.element) {
-        (scene::Director::Average, _) => 0,
-        (_, scene::Element::Linear) => 1,
-        (_, scene::Element::Quadratic) => 2,
-    };
-    let vertices = mesh.vertices.len();
-    let first_angle = 3 * (vertices + mesh.midpoints.len());
+    let (vertices, angles_per_edge, first_angle) = (mesh.vertices.len(), angles_per_edge(scene), first_angle(mesh));
     let edge_of: BTreeMap<[usize; 2], usize> = topology.edges.iter().enumerate().map(|(e, pair)| (*pair, e)).collect();
     let (mut held, mut held_directors) = (BTreeMap::<usize, Option<usize>>::new(), BTreeMap::new());
     for (i, pin) in scene.pins.iter().enumerate() {
@@ -51,8 +45,13 @@ pub fn find(scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<(Vec<Held
             return Err(Error::input(key, format!("region '{}' has no edges whose directors could be held", pin.region)));
         }
         for e in edges {
+            let turned = matches!(support, PinDirector::Rotation(_)).then_some(i);
             let support = match support {
                 PinDirector::Clamped => Director::Clamped,
+                PinDirector::Rotation(rotation) => {
+                    edge_sense(mesh, topology.edges[e], &rotation.axis).map_err(|m| Error::input(format!("{key}.rotation.axis"), m))?;
+                    Director::Clamped
+                }
                 PinDirector::Symmetry(normal) => {
                     let normal = Vector3::from(*normal).normalize();
                     check_plane(mesh, topology.edges[e], &normal, &normals[e]).map_err(|m| Error::input(&key, m))?;
@@ -60,11 +59,37 @@ pub fn find(scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<(Vec<Held
                 }
             };
             held_directors.insert(e, support);
-            held.extend((0..angles_per_edge).map(|g| (first_angle + angles_per_edge * e + g, None)));
+            held.extend((0..angles_per_edge).map(|g| (first_angle + angles_per_edge * e + g, turned)));
         }
     }
     let held = held.into_iter().map(|(unknown, pin)| Held { unknown, pin }).collect();
     Ok((held, held_directors.into_iter().collect()))
+}
+
+/// Director angles of each edge.
+pub fn angles_per_edge(scene: &Scene) -> usize {
+    match (scene.shell.director, scene.shell.element) {
+        (scene::Director::Average, _) => 0,
+        (_, scene::Element::Linear) => 1,
+        (_, scene::Element::Quadratic) => 2,
+    }
+}
+
+/// The first unknown that is an angle: they follow three coordinates a node.
+pub fn first_angle(mesh: &Mesh) -> usize {
+    3 * (mesh.vertices.len() + mesh.midpoints.len())
+}
+
+/// +1 where an edge, from its lower vertex to its higher, runs along an axis rather than against it, else -1.
+///
+/// # Errors
+/// An edge orthogonal to the axis, about which no sense is positive.
+pub fn edge_sense(mesh: &Mesh, [a, b]: [usize; 2], axis: &[f64; 3]) -> Result<f64, String> {
+    let along = (mesh.vertices[b] - mesh.vertices[a]).normalize().dot(&Vector3::from(*axis).normalize());
+    if along.abs() < 1e-6 {
+        return Err(format!("the axis is orthogonal to the edge from vertex {a} to vertex {b}"));
+    }
+    Ok(along.signum())
 }
 
 /// Whether an edge lies in a plane of symmetry that the surface crosses.
