@@ -61,6 +61,7 @@ provide_cmake() {
 }
 
 if known; then
+    say "found by ${HDF5_DIR:+HDF5_DIR=}${HDF5_DIR:-pkg-config}"
     exit 0
 fi
 if ! [ -e "$tools/hdf5-static" ]; then

@@ -22,8 +22,8 @@ pub const FILE_ONLY: &str = "file-only";
     arg_required_else_help = true,
     after_help = "\
 Example:
-  thinshell all configs/analytic/cylinder.toml      everything, into cases/cylinder
-  thinshell report cases/cylinder                   what the scene expects, and what came out
+  thinshell all configs/analytic/strip_curl.toml    everything, into cases/strip_curl
+  thinshell report cases/strip_curl                 what the scene expects, and what came out
 
 Exit codes:
   0    done
@@ -76,7 +76,7 @@ enum Verb {
     /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time.
     ///
     /// Examples:
-    ///   thinshell report cases/cylinder cases/sphere --json all.json
+    ///   thinshell report cases/strip_curl cases/wetted_strip --json all.json
     ///   thinshell report --ladder scene.toml
     #[command(verbatim_doc_comment)]
     Report(ReportArgs),
@@ -96,7 +96,7 @@ enum Verb {
 
 #[derive(Debug, Args)]
 struct SceneArgs {
-    /// The scene file.
+    /// The scene file, or the folder of a case, which keeps the scene it was made from.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Folder of the case [default: cases/<name of the scene file>].

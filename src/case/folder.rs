@@ -136,6 +136,13 @@ impl Folder {
         Ok(())
     }
 
+    /// Steps whose checkpoints stay for good, and the newest, ascending. Error: [`Error::Io`].
+    pub fn kept(&mut self) -> Result<Vec<u64>> {
+        let steps = self.list()?;
+        let newest = steps.last().copied();
+        Ok(steps.into_iter().filter(|step| Some(*step) == newest || self.keeps(*step)).collect())
+    }
+
     /// Whether a checkpoint stays for good. One that cannot be read does: somebody may want to look at it.
     fn keeps(&mut self, step: u64) -> bool {
         let path = self.path(step);

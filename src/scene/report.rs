@@ -67,7 +67,7 @@ pub enum Measure {
         /// Radius [m], > 0.
         radius: f64,
     },
-    /// A statistic of an exported field over the faces or vertices, in the field's unit: `mean-curvature`, `principal-curvature-1`, ...
+    /// A statistic of an exported field over the faces or vertices, in the field's unit: `mean-curvature`, `principal-curvatures` (component 0 the larger, 1 the smaller), `displacement`, ...
     Field {
         /// Name of an exported field.
         name: String,

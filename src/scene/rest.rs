@@ -1,4 +1,4 @@
-//! Table `[rest]`: the shape the shell would like to have (seed A, section 3; PHYSICS A3).
+//! Table `[rest]`: the shape the shell would like to have.
 
 use super::Expr;
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ pub enum Sampling {
     /// Rest lengths of the edges, so that both faces of an edge agree about it.
     #[default]
     Edges,
-    /// The law's value at the centroid (seed A). Prestresses the sheet by the mesh; for replication.
+    /// The law's value at the centroid (as the first papers do). Prestresses the sheet by the mesh; for replication.
     Centroid,
 }
 
@@ -22,7 +22,8 @@ pub struct Rest {
     /// How the law becomes the rest metric of a face.
     #[serde(default)]
     pub sampling: Sampling,
-    /// Share of the law in force at time `t`, the rest being the initial forms, 0 to 1. Default: `t` in statics, 1 in dynamics.
+    /// Share of the law in force at time `t`, the rest being the initial forms, 0 to 1. Default: `t` in statics if the law itself does not
+    /// depend on t, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<Expr>,
     /// Forms given in the xy plane; the mesh must be a graph over it.
@@ -40,7 +41,7 @@ pub struct Pullback {
     /// First form `[11, 12, 22]` in Euclidean or polar components [1], of x, y, r, theta, t. Default: the flat metric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub abar: Option<[Expr; 3]>,
-    /// Second form `[11, 12, 22]` [1/m], of x, y, r, theta, t. Default: 0.
+    /// Second form `[11, 12, 22]` [1/m], of x, y, r, theta, t: a positive 11 curls the ends of the x axis towards the top. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bbar: Option<[Expr; 3]>,
     /// What the components refer to: dx, dy or dr, dtheta (then 22 is in m2 for abar and m for bbar).
@@ -59,15 +60,16 @@ pub enum Components {
     Polar,
 }
 
-/// Law `linear`: `gbar+- = (1 + m+- mu)^2 (a0 -+ h b0)`.
+/// Law `linear`: `gbar+- = (1 + m+- mu)^2 (a0 -+ h b0)`, `h` the thickness, + the top (the side of the normal), - the bottom.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Linear {
-    /// Additional moisture at the top [%], of x, y, z, r, theta, t; -100 is dry.
+    /// Additional moisture at the top, percent of what the material holds at the start: -100 is bone dry, 100 twice as moist. Of x, y, z, r,
+    /// theta, t.
     pub m_plus: Expr,
-    /// Additional moisture at the bottom [%], of x, y, z, r, theta, t.
+    /// The same at the bottom.
     pub m_minus: Expr,
-    /// Relative change of length per percent of moisture; along the fibres if there is a machine direction.
+    /// Relative change of length per percent of `m_plus` and `m_minus`; along the fibres if there is a machine direction.
     pub mu: f64,
     /// The same across the fibres. Needs, and is needed by, `machine_direction`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

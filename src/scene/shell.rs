@@ -24,7 +24,7 @@ impl Element {
     }
 }
 
-/// Where the normals on the edges come from (PHYSICS A1).
+/// Where the normals on the edges come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Director {

@@ -29,7 +29,7 @@ pub struct Dynamics {
     pub velocity: Option<[super::Expr; 3]>,
 }
 
-/// Nonlinear solver (PHYSICS A6).
+/// Nonlinear solver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {

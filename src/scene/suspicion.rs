@@ -15,7 +15,7 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
             if thickness > 0.1 {
                 found.push(format!("{key}.thickness = {thickness} m is thick for a shell; is it in mm?"));
             } else if size.is_some_and(|size| thickness > size / 10.0) {
-                found.push(format!("{key}.thickness = {thickness} m is more than a tenth of the mesh's size; are both in m?"));
+                found.push(format!("{key}.thickness = {thickness} m is more than a tenth of the mesh's smaller extent; are both in m?"));
             }
         }
         if let Some(modulus) = modulus.filter(|modulus| !(1e2..=1e13).contains(modulus)) {
@@ -30,6 +30,18 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
     }
     if let Some(dynamics) = scene.dynamics.as_ref().filter(|dynamics| dynamics.dt > dynamics.end) {
         found.push(format!("dynamics.dt = {} s is longer than the whole run of {} s", dynamics.dt, dynamics.end));
+    }
+    if let (Some(viscosity), Some(dynamics)) = (shell.viscosity, &scene.dynamics)
+        && viscosity > dynamics.end
+    {
+        found.push(format!("shell.viscosity = {viscosity} s is longer than the whole run of {} s; is it in Pa s?", dynamics.end));
+    }
+    if let Some(linear) = scene.rest.as_ref().and_then(|rest| rest.linear.as_ref()) {
+        for (key, mu) in [("mu", Some(linear.mu)), ("mu_perp", linear.mu_perp)] {
+            if let Some(mu) = mu.filter(|mu| mu.abs() > 0.05) {
+                found.push(format!("rest.linear.{key} = {mu} changes lengths by {} % per percent of moisture; is it per one?", 100.0 * mu));
+            }
+        }
     }
     found
 }

@@ -84,7 +84,7 @@ pub(super) fn scene(scene: &Scene) -> Check {
     within("solver.tolerance", scene.solver.tolerance, 1e-14..=1e-2)?;
     within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
     within("solver.max_halvings", scene.solver.max_halvings, 0..=40)?;
-    scene.report.as_ref().map_or(Ok(()), |table| report(table, &scene.mesh))
+    scene.report.as_ref().map_or(Ok(()), |table| report(table, &scene.mesh, scene.dynamics.as_ref().map_or(1.0, |d| d.end)))
 }
 
 fn loads(scene: &Scene) -> Check {
@@ -301,7 +301,7 @@ fn count_of_steps(scene: &Scene) -> Check {
     Ok(())
 }
 
-fn report(report: &Report, mesh: &MeshTable) -> Check {
+fn report(report: &Report, mesh: &MeshTable, end: f64) -> Check {
     for (i, table) in report.expectations.iter().enumerate() {
         let key = |name: &str| format!("report.expect.{i}.{name}");
         named(&key("name"), &table.name)?;
@@ -312,6 +312,8 @@ fn report(report: &Report, mesh: &MeshTable) -> Check {
         require(&key("tolerance"), table.tolerance >= 0.0 && table.tolerance.is_finite(), "must be >= 0 [unit of the measure]")?;
         named(&key("source"), &table.source)?;
         require(&key("time"), table.time.is_none_or(|time| time >= 0.0 && time.is_finite()), "must be >= 0 [s]")?;
+        let within = table.time.is_none_or(|time| time <= end * (1.0 + 1e-9));
+        require(&key("time"), within, format!("is after the end of the run at {end} (seconds, in statics the load factor)"))?;
     }
     report.ladder.as_ref().map_or(Ok(()), |table| ladder(table, mesh))
 }

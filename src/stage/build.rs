@@ -112,7 +112,7 @@ pub fn rest(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> R
     let table = scene.rest.clone().unwrap_or_default();
     let ramp: Option<Ramp> = match &table.ramp {
         Some(expr) => Some(of_time("rest.ramp", expr)?),
-        None if scene.statics.is_some() => Some(Box::new(|t| t)),
+        None if scene.statics.is_some() && !changes => Some(Box::new(|t| t)),
         None => None,
     };
     let sampling = match table.sampling {

@@ -2,7 +2,7 @@
 
 use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
-use crate::scene::{MeshTable, Scene};
+use crate::scene::{MeshTable, PinDirector, Scene, Shell};
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -14,7 +14,12 @@ pub fn run(job: &Job) -> Result<()> {
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let (setup, _) = setup::make(&job.scene, &mesh)?;
     let mut lines = parts(&job.scene);
-    lines.push(("size", format!("{} vertices, {} faces", mesh.vertices.len(), mesh.faces.len())));
+    let extent: [f64; 3] = std::array::from_fn(|k| {
+        let along = mesh.vertices.iter().map(|v| v[k]);
+        along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min)
+    });
+    let [x, y, z] = extent.map(|e| (1e6 * e).round() / 1e6);
+    lines.push(("size", format!("{} vertices, {} faces, {x} x {y} x {z} m", mesh.vertices.len(), mesh.faces.len())));
     lines.push(("unknowns", format!("{} free, {} held", setup.free_unknowns, setup.held.len())));
     let lines: Vec<String> = lines.into_iter().map(|(name, what)| format!("{name:<9} {what}")).collect();
     print(&lines.join("\n"))
@@ -23,7 +28,7 @@ pub fn run(job: &Job) -> Result<()> {
 /// Name and description of every part that the scene has.
 fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     let shell = &scene.shell;
-    let mut parts = vec![("mesh", mesh(&scene.mesh)), ("shell", format!("{} m, {:e} Pa", shell.thickness, shell.youngs_modulus))];
+    let mut parts = vec![("mesh", mesh(&scene.mesh)), ("shell", describe_shell(shell))];
     if !scene.title.is_empty() {
         parts.insert(0, ("title", scene.title.clone()));
     }
@@ -41,7 +46,29 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         let [x, y, z] = gravity.acceleration;
         parts.push(("gravity", format!("({x}, {y}, {z}) m/s2")));
     }
-    parts.extend(scene.pins.iter().map(|pin| ("pin", pin.region.clone())));
+    let change = |value: Option<f64>, unit: &str| value.map_or(String::new(), |value| format!(", {value} {unit}"));
+    parts.extend(shell.regions.iter().map(|r| {
+        let modulus = r.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"));
+        ("region", format!("{}{}{modulus}{}", r.region, change(r.thickness, "m"), change(r.density, "kg/m3")))
+    }));
+    parts.extend(scene.forces.iter().map(|load| ("force", format!("{}: {:?} N on each vertex", load.region, load.force))));
+    parts.extend(scene.edge_loads.iter().map(|load| ("edge-load", format!("{}: {:?} N/m", load.region, load.force))));
+    parts.extend(scene.moments.iter().map(|load| ("moment", format!("{}: {:?} N", load.region, load.moment))));
+    let all = || "all faces".to_owned();
+    parts.extend(
+        scene.pressures.iter().map(|load| ("pressure", format!("{}: {} Pa", load.region.clone().unwrap_or_else(all), load.pressure))),
+    );
+    parts.extend(scene.pins.iter().map(|pin| {
+        let axes: Vec<String> = pin.components.iter().map(|axis| format!("{axis:?}").to_lowercase()).collect();
+        let director = match pin.director {
+            None => "",
+            Some(PinDirector::Clamped) => ", clamped",
+            Some(PinDirector::Symmetry(_)) => ", plane of symmetry",
+            Some(PinDirector::Rotation(_)) => ", turned",
+        };
+        let moved = if pin.motion.is_some() { ", moved" } else { "" };
+        ("pin", format!("{}: {}{director}{moved}", pin.region, axes.join(" ")))
+    }));
     if let Some(statics) = &scene.statics {
         parts.push(("statics", format!("{} load steps", statics.steps)));
     }
@@ -55,6 +82,12 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ));
     }
     parts
+}
+
+fn describe_shell(shell: &Shell) -> String {
+    let (element, director) = (shell.element.name(), shell.director.name());
+    let density = shell.density.map_or(String::new(), |rho| format!(", {rho} kg/m3"));
+    format!("{element} {director}, {} m, {:e} Pa, nu {}{density}", shell.thickness, shell.youngs_modulus, shell.poissons_ratio)
 }
 
 fn mesh(mesh: &MeshTable) -> String {

@@ -15,8 +15,8 @@ use std::path::PathBuf;
 pub fn run(job: &Job) -> Result<()> {
     let mesh = mesh_stage::load(job)?;
     let (setup, _) = setup::load(job)?;
-    let folder = Folder::new(&job.case, run_stage::inputs(job)?);
-    let steps = folder.list()?;
+    let mut folder = Folder::new(&job.case, run_stage::inputs(job)?);
+    let steps = folder.kept()?;
     if steps.is_empty() {
         return Err(Error::Stale {
             path: job.case.join("run"),

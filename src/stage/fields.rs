@@ -21,6 +21,17 @@ pub struct Fields<'a> {
     rest: Option<RestDriver>,
 }
 
+/// Names and numbers of components of the fields that a scene has.
+pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
+    let linear = scene.rest.as_ref().and_then(|r| r.linear.as_ref());
+    let mut names = vec![("displacement", 3)];
+    names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));
+    names.extend(linear.into_iter().flat_map(|_| [("moisture_top", 1), ("moisture_bottom", 1)]));
+    names.extend(NAMES.iter().map(|(name, n, _)| (*name, *n)));
+    names.extend(linear.and_then(|l| l.machine_direction.as_ref()).map(|_| ("machine_direction", 3)));
+    names
+}
+
 /// A state in space: vertex positions and fields.
 pub struct State {
     /// Vertex positions [m].

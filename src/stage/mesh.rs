@@ -89,6 +89,19 @@ fn surface(table: &MeshTable) -> Surface {
     }
 }
 
+/// Refuses a place that is farther from its vertex than half the mesh is large: a slip of the unit or of the place.
+///
+/// # Errors
+/// The distance, in words.
+pub fn near(mesh: &Mesh, vertex: usize, place: &Vector3<f64>) -> Result<(), String> {
+    let (distance, size) = ((mesh.vertices[vertex] - place).norm(), mesh.diameter());
+    if distance <= 0.5 * size {
+        return Ok(());
+    }
+    let (x, y, z) = (place.x, place.y, place.z);
+    Err(format!("the vertex nearest to ({x}, {y}, {z}) m is {distance:.3e} m away from it, on a mesh of {size:.3e} m"))
+}
+
 /// Makes the mesh with all its regions, and warnings about it.
 pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     let mut warnings = Vec::new();
@@ -174,7 +187,14 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
                 }
                 region
             }
-            (None, Some(point)) => mesh.region_nearest(Vector3::from(*point)),
+            (None, Some(point)) => {
+                let point = Vector3::from(*point);
+                let region = mesh.region_nearest(point);
+                for vertex in &region.vertices {
+                    near(&mesh, *vertex, &point).map_err(|e| Error::input(format!("{key}.nearest"), e))?;
+                }
+                region
+            }
             (None, None) => continue,
         };
         if region.vertices.is_empty() && region.faces.is_empty() {

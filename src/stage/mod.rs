@@ -35,11 +35,14 @@ pub struct Job {
 }
 
 impl Job {
-    /// Reads and checks the scene; writes nothing. `case`: its folder, by default [`default_case`]. `overrides`: `key=value` each.
+    /// Reads and checks the scene, or that of a case's folder; writes nothing. `case`: its folder, by default [`default_case`]. `overrides`: `key=value` each.
     ///
     /// # Errors
     /// Those of [`scene::read`].
     pub fn read(scene_file: &Path, case: Option<&Path>, overrides: &[String], quiet: bool) -> Result<Self> {
+        if scene_file.is_dir() && scene_file.join(RECORD).is_file() {
+            return Self::read(&scene_file.join(RECORD), Some(case.unwrap_or(scene_file)), overrides, quiet);
+        }
         let scene::SceneFile { scene, path, text } = scene::read(scene_file, overrides)?;
         for suspicion in scene::suspicions(&scene) {
             log::warn!("{suspicion}");
@@ -81,6 +84,8 @@ impl Job {
 
     /// A time in words: seconds, or in statics the load factor.
     fn moment(&self, time: f64) -> String {
+        // Without the last digits, where sums of steps show their round-off.
+        let time = format!("{time:.11e}").parse().unwrap_or(time);
         if self.scene.statics.is_some() { format!("load factor {time}") } else { format!("t = {time} s") }
     }
 

@@ -1,12 +1,12 @@
 //! `report`: compares results with what their scenes expect (`report.json`, `report.md`), and tabulates error against run time.
 
-use super::fields::Fields;
-use super::{Job, all, default_case, mesh as mesh_stage, print, run as run_stage, setup};
+use super::fields::{self, Fields};
+use super::{Job, all, mesh as mesh_stage, print, run as run_stage, setup};
 use crate::case::{Folder, History, atomic};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
 use crate::report::{Cost, ExpectationResult, LadderRow, Outcome, cylinder_distance, ladder as ladder_table, mean};
-use crate::scene::{Director, Element, Ladder, LadderMesh, Measure, MeshTable, Statistic};
+use crate::scene::{Director, Element, Ladder, LadderMesh, Measure, MeshTable, Scene, Statistic};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,7 @@ use std::path::{Path, PathBuf};
 pub fn run(targets: &[PathBuf], overrides: &[String], json: Option<&Path>, quiet: bool) -> Result<()> {
     let mut outcomes = Vec::new();
     for target in targets {
-        let job = if target.is_dir() {
-            Job::read(&target.join("case.toml"), Some(target), overrides, quiet)?
-        } else {
-            Job::read(target, Some(&default_case(target)?), overrides, quiet)?
-        };
-        outcomes.push(of_job(&job)?);
+        outcomes.push(of_job(&Job::read(target, None, overrides, quiet)?)?);
     }
     if let Some(path) = json {
         let list: Vec<String> = outcomes.iter().map(Outcome::to_json).collect();
@@ -43,7 +38,12 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     }
     let outcome = Outcome::new(job.name(), results, case.cost()?);
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
-    let text = outcome.to_markdown();
+    let mut text = outcome.to_markdown();
+    if let Some(unstable) = case.unstable() {
+        text.push_str(&format!(
+            "\nWarning: the last equilibrium is unstable in {unstable} directions; a small disturbance would make the shell leave it.\n"
+        ));
+    }
     atomic::write(&job.case.join("report.md"), text.as_bytes())?;
     job.record()?;
     if !job.quiet {
@@ -81,6 +81,12 @@ impl<'a> Case<'a> {
         }
         let history = History::read(&run_stage::history_path(job))?;
         Ok(Case { job, mesh, setup, folder, history })
+    }
+
+    /// Unstable directions of the last equilibrium, if it has any.
+    fn unstable(&self) -> Option<f64> {
+        self.job.scene.statics.as_ref()?;
+        self.history.last("negative_pivots").filter(|n| *n > 0.0)
     }
 
     fn cost(&self) -> Result<Cost> {
@@ -135,14 +141,7 @@ impl<'a> Case<'a> {
         };
         match measure {
             Measure::Displacement { at, axis, region } => {
-                let (at, axis) = (Vector3::from(*at), super::build::axis_index(*axis));
-                let among = match region {
-                    Some(name) => setup::region(&self.mesh, "report", name)?.vertices.clone(),
-                    None => (0..self.mesh.vertices.len()).collect(),
-                };
-                let distance = |v: &usize| (self.mesh.vertices[*v] - at).norm();
-                let vertex = among.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-                let vertex = vertex.ok_or_else(|| Error::input("report", "the region has no vertex"))?;
+                let (vertex, axis) = (vertex_at(&self.mesh, at, region.as_deref())?, super::build::axis_index(*axis));
                 Ok(positions()?[vertex][axis] - self.mesh.vertices[vertex][axis])
             }
             Measure::CylinderDistance { radius } => Ok(cylinder_distance(&self.mesh.nodes(), &positions()?, *radius)),
@@ -187,6 +186,64 @@ impl<'a> Case<'a> {
             Statistic::Mean => mean(&values, &weights),
         })
     }
+}
+
+/// The vertex nearest to a place, of a region or of all.
+fn vertex_at(mesh: &Mesh, at: &[f64; 3], region: Option<&str>) -> Result<usize> {
+    let at = Vector3::from(*at);
+    let among = match region {
+        Some(name) => setup::region(mesh, "report", name)?.vertices.clone(),
+        None => (0..mesh.vertices.len()).collect(),
+    };
+    let distance = |v: &usize| (mesh.vertices[*v] - at).norm();
+    let nearest = among.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let nearest = nearest.ok_or_else(|| Error::input("report", "the region has no vertex"))?;
+    mesh_stage::near(mesh, nearest, &at).map_err(|e| Error::input("report: displacement.at", e))?;
+    Ok(nearest)
+}
+
+/// Refuses measures that this scene cannot have, before it is run: places far outside, regions, fields and columns that do not exist.
+/// `columns`: of the history.
+///
+/// # Errors
+/// The expectation's key and what there is instead.
+pub fn check_measures(scene: &Scene, mesh: &Mesh, columns: &[&str]) -> Result<()> {
+    let Some(report) = &scene.report else { return Ok(()) };
+    let expected = report.expectations.iter().enumerate().map(|(i, e)| (format!("report.expect.{i}.measure"), &e.measure));
+    let ladder = report.ladder.iter().map(|l| ("report.ladder.measure".to_owned(), &l.measure));
+    for (key, measure) in expected.chain(ladder) {
+        match measure {
+            Measure::Displacement { at, region, .. } => {
+                vertex_at(mesh, at, region.as_deref()).map_err(|e| Error::input(key, e.to_string()))?;
+            }
+            Measure::Field { name, component, .. } => {
+                let (known, name) = (fields::names(scene), name.replace('-', "_"));
+                let Some((_, components)) = known.iter().find(|(n, _)| *n == name) else {
+                    let known: Vec<&str> = known.iter().map(|(n, _)| *n).collect();
+                    return Err(Error::input_with_help(
+                        key,
+                        format!("there is no field '{name}'"),
+                        format!("there are: {}", known.join(", ")),
+                    ));
+                };
+                if component >= components {
+                    return Err(Error::input(
+                        key,
+                        format!("field '{name}' has {components} components; {component} is not among them (they count from 0)"),
+                    ));
+                }
+            }
+            Measure::History { column } if column != "step" && !columns.contains(&column.as_str()) => {
+                return Err(Error::input_with_help(
+                    key,
+                    format!("the history has no column '{column}'"),
+                    format!("it has: {}", columns.join(", ")),
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// Runs the scene at every combination that its `[report.ladder]` lists, in folders of their own that do not stay, and tabulates error

@@ -65,8 +65,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         control.dt = from.dt;
         control.successes = from.number("successes").unwrap_or(0.0) as u32;
     }
-    let energies: Vec<&str> = model.energies().iter().map(|(name, _)| *name).collect();
-    let columns: Vec<&str> = COLUMNS.into_iter().chain(energies).chain(["wall_s"]).collect();
+    let columns = columns(&model);
     let path = history_path(job);
     let (mut history, worked) = match &newest {
         // A history of step 0 has no rows, and the one that is there may be of an earlier run that this one was to replace.
@@ -142,6 +141,12 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         counters.newton_iterations, counters.fallback_iterations, counters.factorizations
     ));
     Ok(())
+}
+
+/// Columns of the history after `step`.
+pub fn columns(model: &ShellModel) -> Vec<&'static str> {
+    let energies = model.energies().into_iter().map(|(name, _)| name);
+    COLUMNS.into_iter().chain(energies).chain(["wall_s"]).collect()
 }
 
 /// Path of the history.

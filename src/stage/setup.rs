@@ -114,6 +114,7 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
             other => Error::input("setup", format!("{other:?}")),
         })?;
     }
+    super::report::check_measures(scene, mesh, &super::run::columns(&model))?;
     setup.free_unknowns = model.free_unknowns();
     Ok((setup, model.snapshot()))
 }
