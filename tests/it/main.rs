@@ -11,6 +11,7 @@ mod mesh_generate;
 mod mesh_import;
 mod mesh_quadratic;
 mod mesh_validate;
+mod modes;
 mod physics_case;
 mod physics_curvature;
 mod physics_directors;
