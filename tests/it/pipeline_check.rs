@@ -29,8 +29,9 @@ fn check_tells_parts_and_sizes_and_writes_nothing() {
     for line in [
         "rest      linear",
         "gravity   (0, 0, -9.80665) m/s2",
-        "pin       left",
-        "size      21 vertices, 24 faces",
+        "shell     linear free-tan, 0.001 m, 1e6 Pa, nu 0.3, 1000 kg/m3",
+        "pin       left: x y z, clamped, moved",
+        "size      21 vertices, 24 faces, 0.06 x 0.02 x 0 m",
         "unknowns  96 free, 11 held",
     ] {
         assert!(out.lines().any(|l| l == line), "{line} is not in\n{out}");
