@@ -1,5 +1,6 @@
 //! From a file and `--set` overrides to a checked [`Scene`], and back to text.
 
+use super::{Director, Element};
 use super::{
     Scene,
     source::{Fault, Override, Source, locate, one_line},
@@ -93,10 +94,16 @@ fn read_text(path: &Path) -> Result<String> {
 fn deserialize(document: &Document<String>) -> Result<Scene, Fault> {
     // Serde would take `[[gravity]]` for the fields of gravity one after the other.
     single_tables(document.as_item(), &[])?;
-    Scene::deserialize(de::Deserializer::from(document.clone())).map_err(|error| {
+    let mut scene = Scene::deserialize(de::Deserializer::from(document.clone())).map_err(|error| {
         let key = error.span().map(|span| locate(document.as_item(), &span)).unwrap_or_default();
         explain(error.message(), key)
-    })
+    })?;
+    // The one default that depends on another key.
+    let named = document.get("shell").is_some_and(|shell| shell.get("element").is_some());
+    if !named && scene.shell.director == Director::Average {
+        scene.shell.element = Element::Linear;
+    }
+    Ok(scene)
 }
 
 /// Refuses double brackets around tables that are there once.

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 pub enum Element {
     /// Three nodes a face, one director an edge, constant strains: cheap, second order; locks on thin irregular meshes.
-    #[default]
     Linear,
     /// Six nodes a face, two directors an edge: order three and more, no locking. Not with `director = "average"`.
+    #[default]
     Quadratic,
 }
 
@@ -66,7 +66,7 @@ pub enum Mass {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shell {
-    /// Order of the element.
+    /// Order of the element. Default: `quadratic`; with `director = "average"`, `linear`.
     #[serde(default)]
     pub element: Element,
     /// Edge normals.

@@ -6,6 +6,7 @@ mod case_history;
 mod case_vtk;
 mod cli;
 mod finite_differences;
+mod load_edges;
 mod load_potentials;
 mod mesh_files;
 mod mesh_generate;

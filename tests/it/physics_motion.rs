@@ -15,7 +15,7 @@ const DENSITY: f64 = 900.0;
 fn gutter(rest: &str) -> String {
     format!(
         "[mesh.cylinder]\nradius = 0.05\nlength = 0.1\nangle = 130.0\ncells = [6, 4]\npattern = \"alternating\"\n[solver]\ntolerance = 1e-12\n\
-         [shell]\nthickness = {THICKNESS}\ndensity = {DENSITY}\nyoungs_modulus = {YOUNG:?}\npoissons_ratio = 0.3\n{rest}"
+         [shell]\nelement = \"linear\"\nthickness = {THICKNESS}\ndensity = {DENSITY}\nyoungs_modulus = {YOUNG:?}\npoissons_ratio = 0.3\n{rest}"
     )
 }
 
@@ -126,7 +126,7 @@ fn a_shell_follows_its_pins_around() {
 fn strip(dt: f64, end: f64, viscosity: &str) -> String {
     format!(
         "[mesh.rectangle]\nsize = [0.1, 0.04]\ncells = [8, 3]\njitter = 0.2\n[solver]\ntolerance = 1e-12\n\
-         [shell]\nthickness = {THICKNESS}\ndensity = {DENSITY}\nyoungs_modulus = {YOUNG:?}\npoissons_ratio = 0.3\nmass = \"lumped\"\n{viscosity}\
+         [shell]\nelement = \"linear\"\nthickness = {THICKNESS}\ndensity = {DENSITY}\nyoungs_modulus = {YOUNG:?}\npoissons_ratio = 0.3\nmass = \"lumped\"\n{viscosity}\
          [dynamics]\ndt = {dt:?}\nend = {end:?}\nvelocity = [\"0.1 - 5*y\", \"5*x\", \"0.3*cos(TAU*x/0.1) + 3*y\"]\n"
     )
 }
@@ -203,7 +203,7 @@ fn viscosity_is_that_of_kelvin_and_voigt() {
     let motion = |viscosity: &str| -> Vec<f64> {
         let case = run(&format!(
             "[mesh.rectangle]\nsize = [0.1, 0.1]\ncells = [2, 2]\n[[region]]\nname = \"middle\"\nnearest = [0.05, 0.05, 0.0]\n[solver]\ntolerance = 1e-13\n\
-             [shell]\nthickness = 1e-3\ndensity = 1000.0\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\nmass = \"lumped\"\n{viscosity}\
+             [shell]\nelement = \"linear\"\nthickness = 1e-3\ndensity = 1000.0\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\nmass = \"lumped\"\n{viscosity}\
              [[pin]]\nregion = \"boundary\"\n[[pin]]\nregion = \"middle\"\ncomponents = [\"y\", \"z\"]\n[dynamics]\ndt = {dt:?}\nend = 0.002\nvelocity = [{speed:?}, 0, 0]\n"
         ));
         let middle = case.mesh.region_nearest(Vector3::new(0.05, 0.05, 0.0)).vertices[0];

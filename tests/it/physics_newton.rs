@@ -7,7 +7,7 @@ use thinshell::report::cylinder_distance;
 /// A strip of 0.1 x 0.02 that curls to a half circle.
 fn curl(director: &str, cells: [usize; 2], mesh: &str, h: f64, steps: usize, solver: &str) -> String {
     format!(
-        "[mesh.rectangle]\nsize = [0.1, 0.02]\ncells = {cells:?}\n{mesh}\n{}[shell]\ndirector = \"{director}\"\nthickness = {h:?}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
+        "[mesh.rectangle]\nsize = [0.1, 0.02]\ncells = {cells:?}\n{mesh}\n{}[shell]\nelement = \"linear\"\ndirector = \"{director}\"\nthickness = {h:?}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
          [rest.pullback]\nbbar = [\"PI/0.1\", 0, 0]\n[statics]\nsteps = {steps}\n[solver]\n{solver}\n",
         six_pins(0.05, 0.01, 0.006, 0.01)
     )
@@ -98,7 +98,7 @@ fn a_strip_one_cell_wide_bends() {
 fn an_unstable_equilibrium_is_told() {
     let scene = |h: f64| {
         format!(
-            "[mesh.disc]\nradius = 0.1\nrings = 6\n{}[shell]\nthickness = {h:?}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
+            "[mesh.disc]\nradius = 0.1\nrings = 6\n{}[shell]\nelement = \"linear\"\nthickness = {h:?}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
              [rest.pullback]\nabar = [1, 0, \"(0.1*sin(r/0.1))^2\"]\ncomponents = \"polar\"\n[statics]\nsteps = 2\n",
             six_pins(0.0, 0.0, 0.017, 0.017)
         )

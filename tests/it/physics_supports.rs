@@ -12,7 +12,7 @@ fn cantilever(gamma: f64, cells: [usize; 2], nu: f64, sides: &str) -> [f64; 2] {
     // Gamma = rho h g L^3 / D; the plate between two planes of symmetry has D = E h^3 / (12 (1 - nu^2)).
     let young = 12.0 * 1000.0 * G * (1.0 - nu * nu) / (gamma * h * h);
     let case = run(&format!(
-        "[mesh.rectangle]\nsize = [1.0, 0.1]\ncells = {cells:?}\n[shell]\nthickness = {h}\ndensity = 1000.0\nyoungs_modulus = {young:?}\npoissons_ratio = {nu:?}\n\
+        "[mesh.rectangle]\nsize = [1.0, 0.1]\ncells = {cells:?}\n[shell]\nelement = \"linear\"\nthickness = {h}\ndensity = 1000.0\nyoungs_modulus = {young:?}\npoissons_ratio = {nu:?}\n\
          [gravity]\n[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n{sides}[statics]\nsteps = 4\n"
     ));
     let tip = &case.mesh.regions["right"].vertices;
@@ -58,7 +58,7 @@ fn half_a_problem_with_a_plane_of_symmetry_is_the_whole() {
     let scene = |size: f64, cells: usize, right: &str| {
         format!(
             "[mesh.rectangle]\nsize = [{size}, 0.06]\ncells = [{cells}, 4]\npattern = \"criss-cross\"\n[solver]\ntolerance = 1e-11\n\
-             [shell]\nthickness = 1e-3\ndensity = 1000.0\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n[gravity]\n\
+             [shell]\nelement = \"linear\"\nthickness = 1e-3\ndensity = 1000.0\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n[gravity]\n\
              [[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n[[pin]]\nregion = \"right\"\n{right}[statics]\nsteps = 6\n"
         )
     };
@@ -78,7 +78,7 @@ fn a_hinge_is_free_and_a_clamp_is_not() {
     for (director, exact) in [("", 5.0 / 384.0), ("director = \"clamped\"\n", 1.0 / 384.0)] {
         let errors: Vec<f64> = [1, 2, 4].map(|n| {
         let case = run(&format!(
-            "[mesh.rectangle]\nsize = [1.0, 0.1]\ncells = [{}, {}]\n[shell]\nthickness = {h}\ndensity = {rho:?}\nyoungs_modulus = {young:?}\npoissons_ratio = 0.0\n[gravity]\n\
+            "[mesh.rectangle]\nsize = [1.0, 0.1]\ncells = [{}, {}]\n[shell]\nelement = \"linear\"\nthickness = {h}\ndensity = {rho:?}\nyoungs_modulus = {young:?}\npoissons_ratio = 0.0\n[gravity]\n\
              [[pin]]\nregion = \"left\"\n{director}[[pin]]\nregion = \"right\"\ncomponents = [\"y\", \"z\"]\n{director}[statics]\nsteps = 1\n", 10 * n, 2 * n
         ));
         let middle: Vec<f64> = case.mesh.vertices.iter().zip(&case.end).filter(|(p, _)| (p.x - 0.5).abs() < 1e-9).map(|(_, q)| -q.z).collect();
@@ -96,7 +96,7 @@ fn moved_pins_are_where_they_are_told() {
         ("[dynamics]\ndt = 0.01\nend = 0.2\n", "0.1*t^2", "0.01*sin(20*t) + y*t"),
     ] {
         let case = run(&format!(
-            "[mesh.rectangle]\nsize = [0.2, 0.05]\ncells = [10, 3]\n[shell]\nthickness = 1e-3\ndensity = 500.0\nyoungs_modulus = 1e7\npoissons_ratio = 0.3\n\
+            "[mesh.rectangle]\nsize = [0.2, 0.05]\ncells = [10, 3]\n[shell]\nelement = \"linear\"\nthickness = 1e-3\ndensity = 500.0\nyoungs_modulus = 1e7\npoissons_ratio = 0.3\n\
              [[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n[[pin]]\nregion = \"right\"\n[pin.motion]\nx = \"{x}\"\nz = \"{z}\"\n{when}"
         ));
         let dynamics = when.contains("dynamics");
@@ -142,7 +142,7 @@ fn statics_of_what_is_not_held_is_refused() {
                 ["", "[[region]]\nname = \"c\"\nnearest = [0.0, 0.0, 0.0]\n[[pin]]\nregion = \"c\"\n", "[[pin]]\nregion = \"left\"\n"]
             {
                 let message = mechanism(&format!(
-                    "[mesh.rectangle]\nsize = [0.1, 0.02]\ncells = {cells}\njitter = {jitter:?}\n[shell]\ndirector = \"{director}\"\nthickness = {h:?}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
+                    "[mesh.rectangle]\nsize = [0.1, 0.02]\ncells = {cells}\njitter = {jitter:?}\n[shell]\nelement = \"linear\"\ndirector = \"{director}\"\nthickness = {h:?}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
                      {pins}[rest.pullback]\nbbar = [10, 0, 0]\n[statics]\nsteps = 3\n"
                 ));
                 assert!(

@@ -12,6 +12,7 @@ title = "dynamic"
 size = [0.06, 0.02]
 cells = [6, 2]
 [shell]
+element = "linear"
 thickness = 1e-3
 youngs_modulus = 1e6
 poissons_ratio = 0.3
@@ -42,6 +43,7 @@ title = "static"
 size = [0.06, 0.02]
 cells = [6, 2]
 [shell]
+element = "linear"
 thickness = 1e-3
 youngs_modulus = 1e8
 poissons_ratio = 0.3
