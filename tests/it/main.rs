@@ -7,6 +7,7 @@ mod case_vtk;
 mod cli;
 mod finite_differences;
 mod load_potentials;
+mod load_scenes;
 mod mesh_files;
 mod mesh_generate;
 mod mesh_import;
