@@ -8,6 +8,7 @@ mod cli;
 mod finite_differences;
 mod load_edges;
 mod load_potentials;
+mod load_scenes;
 mod mesh_files;
 mod mesh_generate;
 mod mesh_import;
