@@ -45,8 +45,15 @@
 //!
 //! # Known gaps
 //!
-//! Contact, diffusion of moisture, materials other than St. Venant-Kirchhoff, loads other than gravity, arc length and integrators
-//! other than implicit Euler are not here yet. Assembly and factorisation use one thread.
+//! Contact, diffusion of moisture, materials other than St. Venant-Kirchhoff, reactions, arc length, disturbances of unstable states and
+//! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
+//! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
+//!
+//! # Sources
+//!
+//! "Seed A" in the docs is *Physical Simulation of Moisture Induced Thin Shell Deformation* (anonymous draft, 2018), whose formulas are followed where
+//! they are right. "PHYSICS" and its sections A1 to A6 name the project's collection of formulas as they have to be implemented, with the
+//! draft's misprints mended; what a module takes from it stands in that module's own docs.
 
 // Docs write units in brackets, as in `[m]`; they are not links.
 #![allow(rustdoc::broken_intra_doc_links)]

@@ -226,7 +226,7 @@ impl ShellModel {
         if unknown < lengths {
             let p = self.parts.positions[unknown / 3];
             return format!(
-                "coordinate {} of vertex {} at ({:.4e}, {:.4e}, {:.4e}) m",
+                "coordinate {} of node {} at ({:.4e}, {:.4e}, {:.4e}) m",
                 ["x", "y", "z"][unknown % 3],
                 unknown / 3,
                 p.x,
@@ -234,7 +234,7 @@ impl ShellModel {
                 p.z
             );
         }
-        format!("the director of edge {}", unknown - lengths)
+        format!("director angle {}", unknown - lengths)
     }
 
     /// Energies [J] of the parts there are, by the names of the history's columns.

@@ -58,7 +58,7 @@ pub enum Mass {
     /// Galerkin.
     #[default]
     Consistent,
-    /// A third of each face's mass at each of its vertices.
+    /// Diagonal: a third of each linear face's mass at each vertex; on quadratic faces the consistent diagonal, scaled to the face's mass.
     Lumped,
 }
 

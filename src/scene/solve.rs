@@ -54,4 +54,7 @@ pub struct Output {
     /// Times between kept checkpoints [s], > 0; steps are cut to land on them. Absent: every step is kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval: Option<f64>,
+    /// Also export the directors of the edges, as points with a vector each (`vtk/directors.pvd`). Not with `director = "average"`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub directors: bool,
 }

@@ -74,6 +74,8 @@ pub(super) fn scene(scene: &Scene) -> Check {
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
     }
     loads(scene)?;
+    let angles = !scene.output.directors || scene.shell.director != Director::Average;
+    require("output.directors", angles, "needs directors of the edges' own, which `average` has not")?;
     let turned = |pin: &Pin| matches!(pin.director, Some(PinDirector::Rotation(_)));
     for (i, table) in scene.pins.iter().enumerate() {
         let angles = scene.shell.director != Director::Average || !turned(table);

@@ -31,7 +31,7 @@ pub fn run(job: &Job) -> Result<()> {
     std::fs::create_dir_all(&vtk_folder).map_err(|e| Error::io("create", &vtk_folder, e))?;
     let curved = if mesh.midpoints.is_empty() { Vec::new() } else { mesh.six_node_faces() };
     let faces = if curved.is_empty() { vtk::Faces::Linear(&mesh.faces) } else { vtk::Faces::Quadratic(&curved) };
-    let (mut files, mut units) = (Vec::new(), BTreeMap::new());
+    let (mut files, mut director_files, mut units) = (Vec::new(), Vec::new(), BTreeMap::new());
     for step in steps {
         let snapshot = match folder.read(step) {
             Ok(snapshot) => snapshot,
@@ -45,6 +45,14 @@ pub fn run(job: &Job) -> Result<()> {
         for field in state.point_data.iter().chain(&state.cell_data) {
             units.insert(field.name.clone(), field.unit.clone());
         }
+        if job.scene.output.directors {
+            let (points, directors) = fields.directors(&state, &snapshot);
+            let name = format!("directors_{step:08}.vtp");
+            let surface =
+                vtk::Surface { points: &points, faces: vtk::Faces::Linear(&[]), point_data: vec![directors], cell_data: Vec::new() };
+            surface.write(&vtk_folder.join(&name))?;
+            director_files.push((snapshot.time, name));
+        }
         let name = format!("step_{step:08}.{}", faces.extension());
         vtk::Surface { points: &state.points, faces, point_data: state.point_data, cell_data: state.cell_data }
             .write(&vtk_folder.join(&name))?;
@@ -53,7 +61,11 @@ pub fn run(job: &Job) -> Result<()> {
     // In statics time is the load factor.
     units.insert("time".into(), if job.scene.statics.is_some() { "1" } else { "s" }.into());
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
-    remove_leftovers(&vtk_folder, &files)?;
+    let kept: Vec<&str> = files.iter().chain(&director_files).map(|(_, name)| name.as_str()).collect();
+    remove_leftovers(&vtk_folder, &kept)?;
+    if !director_files.is_empty() {
+        vtk::write_series(&vtk_folder.join("directors.pvd"), &director_files)?;
+    }
     vtk::write_series(&series, &files)?;
     job.say(&format!("{}: {} states", series.display(), files.len()));
     Ok(())
@@ -65,11 +77,13 @@ pub fn path(job: &Job) -> PathBuf {
 }
 
 /// Removes states of an earlier export that this one does not have.
-fn remove_leftovers(folder: &std::path::Path, files: &[(f64, String)]) -> Result<()> {
+fn remove_leftovers(folder: &std::path::Path, kept: &[&str]) -> Result<()> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
     for entry in entries.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        if name.starts_with("step_") && (name.ends_with(".vtp") || name.ends_with(".vtu")) && !files.iter().any(|(_, f)| *f == name) {
+        let ours = name.starts_with("step_") || name.starts_with("directors");
+        let written = [".vtp", ".vtu", ".pvd"].iter().any(|ending| name.ends_with(ending));
+        if ours && written && !kept.contains(&name.as_str()) {
             std::fs::remove_file(entry.path()).map_err(|e| Error::io("remove", &entry.path(), e))?;
         }
     }

@@ -3,6 +3,7 @@
 use super::build;
 use super::setup::Setup;
 use crate::error::{Error, Result};
+use crate::math::quadrature::GAUSS_2;
 use crate::mesh::{Mesh, Topology};
 use crate::model::RestDriver;
 use crate::scene::Scene;
@@ -16,6 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Fields<'a> {
     scene: &'a Scene,
     mesh: &'a Mesh,
+    topology: &'a Topology,
     setup: &'a Setup,
     shell: Box<dyn Shell>,
     rest: Option<RestDriver>,
@@ -70,10 +72,11 @@ fn symmetric(m: &Matrix3<f64>) -> [f64; 6] {
 
 impl<'a> Fields<'a> {
     /// Builds the shell and the rest driver that the fields are computed with.
-    pub fn new(scene: &'a Scene, mesh: &'a Mesh, topology: &Topology, setup: &'a Setup) -> Result<Self> {
+    pub fn new(scene: &'a Scene, mesh: &'a Mesh, topology: &'a Topology, setup: &'a Setup) -> Result<Self> {
         Ok(Fields {
             scene,
             mesh,
+            topology,
             setup,
             shell: build::shell(scene, mesh, topology, setup),
             rest: build::rest(scene, mesh, topology, setup)?,
@@ -114,6 +117,23 @@ impl<'a> Fields<'a> {
             point_data.extend(self.averaged(&cell_data, &areas));
         }
         Ok(State { points, point_data, cell_data, areas })
+    }
+
+    /// Places of the directors [m] in a state, and the directors.
+    pub fn directors(&self, state: &State, snapshot: &Snapshot) -> (Vec<Vector3<f64>>, Field) {
+        let data = snapshot.field("director").map_or(Vec::new(), |f| f.data.clone());
+        let vertices = self.mesh.vertices.len();
+        let places = self.topology.edges.iter().enumerate().flat_map(|(e, [a, b])| {
+            let (p, q) = (state.points[*a], state.points[*b]);
+            match state.points.get(vertices + e) {
+                None => vec![(p + q) * 0.5],
+                Some(middle) => {
+                    let at = |t: f64| p * ((1.0 - t) * (1.0 - 2.0 * t)) + q * (t * (2.0 * t - 1.0)) + middle * (4.0 * t * (1.0 - t));
+                    GAUSS_2.iter().map(|t| at(*t)).collect()
+                }
+            }
+        });
+        (places.collect(), field("director", Association::Node, 3, "1", data))
     }
 
     /// Fields of the faces (means over their integration points), and their rest areas.

@@ -9,11 +9,14 @@ use crate::shell::{Director, initial_directors};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
+/// Edges with held directors, and how they are held.
+pub type HeldDirectors = Vec<(usize, Director)>;
+
 /// Held unknowns, ascending, and edges with held directors, ascending. A region's edges bring their middle nodes with them.
 ///
 /// # Errors
 /// Regions that do not exist or have nothing to hold, planes of symmetry that do not fit, two pins of which one moves what the other holds.
-pub fn find(scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<(Vec<Held>, Vec<(usize, Director)>)> {
+pub fn find(scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<(Vec<Held>, HeldDirectors)> {
     let normals = initial_directors(mesh, topology);
     let (vertices, angles_per_edge, first_angle) = (mesh.vertices.len(), angles_per_edge(scene), first_angle(mesh));
     let edge_of: BTreeMap<[usize; 2], usize> = topology.edges.iter().enumerate().map(|(e, pair)| (*pair, e)).collect();

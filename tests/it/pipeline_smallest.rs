@@ -1,6 +1,6 @@
 //! The smallest scenes from end to end: every file, every key.
 
-use super::pipeline_support::{Sandbox, names};
+use super::pipeline_support::{STATIC, Sandbox, names, with};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -131,4 +131,31 @@ fn a_ladder_has_rows_with_these_keys() {
     assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml", "--set", "report.ladder.resolutions=[]"]).contains("resolutions"));
     sandbox.rewrite(FALL);
     assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml"]).contains("has no [report.ladder]"));
+}
+
+#[test]
+fn directors_are_exported_where_the_scene_asks_for_them() {
+    let element = |name: &str| with(STATIC, "element = \"linear\"", &format!("element = \"{name}\""));
+    for (name, per_edge) in [("linear", 1), ("quadratic", 2)] {
+        let silent = Sandbox::new(&element(name));
+        silent.ok(&["all", "scene.toml"]);
+        assert!(!silent.case("vtk/directors.pvd").exists());
+        let sandbox = Sandbox::new(&(element(name) + "[output]\ndirectors = true\n"));
+        sandbox.ok(&["all", "scene.toml"]);
+        assert!(sandbox.case("vtk/directors.pvd").exists());
+        let edges = thinshell::mesh::Topology::new(
+            &thinshell::case::mesh_from_archive(
+                &thinshell::case::Archive::read(&sandbox.case("mesh.h5"), thinshell::case::Kind::Mesh).unwrap(),
+                &sandbox.case("mesh.h5"),
+            )
+            .unwrap()
+            .faces,
+        )
+        .edges
+        .len();
+        let file = names(&sandbox.case("vtk")).into_iter().rfind(|n| n.starts_with("directors_")).unwrap();
+        let text = String::from_utf8_lossy(&fs::read(sandbox.case("vtk").join(file)).unwrap()).into_owned();
+        assert!(text.contains(&format!("NumberOfPoints=\"{}\"", per_edge * edges)), "{name}");
+        assert!(text.contains("Name=\"director\""));
+    }
 }
