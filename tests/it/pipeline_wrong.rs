@@ -72,7 +72,7 @@ fn what_is_not_a_number_somewhere() {
         ("rest.linear.m_minus='-1000'", &["rest", "m_minus = -1000 %", "must be > 0"]),
         ("rest.ramp='1 / t'", &["rest", "ramp is inf at t = 0"]),
         ("rest.linear.mu=1e200", &["rest", "face "]),
-        ("pin.0.motion.z='ln(-t)'", &["pin.motion", "coordinate z of vertex", "t = 0 s"]),
+        ("pin.0.motion.z='ln(-t)'", &["pin.motion", "coordinate z of node", "t = 0 s"]),
         ("dynamics.velocity=[0, 'sqrt(0.03 - x)', 0]", &["dynamics.velocity", "is not finite at vertex "]),
         ("gravity.factor='1 / t'", &["gravity.factor", "is inf at t = 0 s"]),
     ] {
@@ -99,7 +99,7 @@ fn what_is_not_a_number_at_some_time() {
     for (change, words) in [
         ("rest.linear.m_plus='sqrt(0.021 - t)'", &["rest: face "][..]),
         ("rest.ramp='sqrt(0.021 - t)'", &["rest: the ramp is NaN"]),
-        ("pin.0.motion.z='sqrt(0.021 - t) - sqrt(0.021)'", &["pin.motion: the motion of coordinate z of vertex "]),
+        ("pin.0.motion.z='sqrt(0.021 - t) - sqrt(0.021)'", &["pin.motion: the motion of coordinate z of node "]),
         ("gravity.factor='sqrt(0.021 - t)'", &["gravity.factor: is NaN"]),
     ] {
         let sandbox = Sandbox::new(DYNAMIC);
