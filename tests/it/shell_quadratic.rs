@@ -222,6 +222,54 @@ fn initial_curvatures_converge() {
     }
 }
 
+/// Bending energy per area of nodes on the exact surface (radius 1) over the exact one, less 1, with flat rest curvature: inner directors
+/// relaxed, those of the boundary along the surface's normal, for a free boundary would relax its moment.
+fn energy_error(cells: usize, surface: &dyn Fn(f64, f64) -> Vector3<f64>, normal: fn(Vector3<f64>) -> Vector3<f64>, exact: f64) -> f64 {
+    let (mesh, nodes, mut shell) = bent(cells, surface);
+    let topology = Topology::new(&mesh.faces);
+    let mut x = at_nodes(&nodes, shell.unknowns());
+    let rest: Vec<Forms> = to_forms(&shell, &x).iter().map(|f| Forms { b: [0.0; 3], ..*f }).collect();
+    shell.set_rest(&rest);
+    let mut directors = shell.directors().to_vec();
+    let lengths = 3 * nodes.len();
+    let mut held = vec![false; shell.unknowns()];
+    held[..lengths].fill(true);
+    for e in (0..topology.edges.len()).filter(|e| topology.is_boundary(*e)) {
+        let [a, b] = topology.edges[e].map(|v| nodes[v]);
+        let middle = nodes[mesh.vertices.len() + e];
+        for (g, t) in thinshell::math::quadrature::GAUSS_2.into_iter().enumerate() {
+            let tangent = (a * (4.0 * t - 3.0) + b * (4.0 * t - 1.0) + middle * (4.0 - 8.0 * t)).normalize();
+            let n = normal(a * ((1.0 - t) * (1.0 - 2.0 * t)) + b * (t * (2.0 * t - 1.0)) + middle * (4.0 * t * (1.0 - t)));
+            directors[2 * e + g] = (n - tangent * n.dot(&tangent)).normalize();
+            held[lengths + 2 * e + g] = true;
+        }
+    }
+    shell.set_directors(&directors);
+    let settings = Settings { lengths, diameter: 1.0, tolerance: 1e-12, max_iterations: 30 };
+    let mut newton = Newton::new(&mut [&mut shell], &held, settings).unwrap();
+    shell.restart(&x);
+    newton.solve(&mut [&mut shell], &mut x, &[]).unwrap();
+    let area: f64 = rest.iter().map(|f| (f.a[0] * f.a[2] - f.a[1] * f.a[1]).sqrt() / 6.0).sum();
+    (shell.energies(&x)[1] / area / exact - 1.0).abs()
+}
+
+#[test]
+fn energies_of_exact_shapes_converge() {
+    let material = Material { thickness: 1e-3, youngs_modulus: 1e9, poissons_ratio: 0.3 };
+    let [alpha, beta] = material.lame();
+    let bending = material.thickness.powi(3) / 12.0;
+    let cases = [
+        ("sphere", sphere as fn(f64, f64) -> _, (|p| p.normalize()) as fn(Vector3<f64>) -> _, 2.0 * (alpha + beta)),
+        ("cylinder", cylinder, |p| Vector3::new(p.x, 0.0, p.z).normalize(), 0.5 * alpha + beta),
+    ];
+    for (name, surface, normal, exact) in cases {
+        let errors = [4, 8, 16].map(|cells| energy_error(cells, &surface, normal, bending * exact));
+        let rate = 0.5 * (errors[0] / errors[2]).log2();
+        println!("{name}: {errors:?}, rate {rate}");
+        assert!(rate > 2.9 && errors[2] < 1e-5, "{name}: {errors:?}, rate {rate}");
+    }
+}
+
 /// A constant force on nodes, times a factor.
 struct NodalForces {
     forces: Vec<f64>,
