@@ -65,6 +65,8 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         control.dt = from.dt;
         control.successes = from.number("successes").unwrap_or(0.0) as u32;
     }
+    // Time spent on files is left out: the history tells what the mechanics cost.
+    let built = started.elapsed().as_secs_f64();
     let columns = columns(&model);
     let path = history_path(job);
     let (mut history, worked) = match &newest {
@@ -79,8 +81,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         }
     };
     let bar = progress_bar(job.quiet, control.end);
-    // Time spent on files is left out: the history tells what the mechanics cost.
-    let mut wall = worked + started.elapsed().as_secs_f64();
+    let mut wall = worked + built;
     let first_step = model.step();
     let mut unstable = None;
     let (mut halvings, mut clock) = (0u32, Instant::now());
