@@ -52,9 +52,4 @@ pub trait Element<const N: usize, const P: usize> {
 
     /// Makes the present directors the new references and their angles zero; the state stays what it is.
     fn reframe(&mut self, x: &mut [f64]);
-
-    /// Number of director angles among the unknowns; they follow the node positions.
-    fn angles(&self) -> usize {
-        self.directors().len()
-    }
 }

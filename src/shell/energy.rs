@@ -36,8 +36,6 @@ pub trait Shell: Potential {
     fn faces(&self) -> usize;
     /// Integration points per face.
     fn points(&self) -> usize;
-    /// Number of free or held director angles, the last unknowns.
-    fn angles(&self) -> usize;
     /// Reference directors.
     fn directors(&self) -> &[Vector3<f64>];
     /// Puts directors back.
@@ -466,10 +464,6 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Shell for Koiter<E, N, P>
 
     fn points(&self) -> usize {
         P
-    }
-
-    fn angles(&self) -> usize {
-        self.element.angles()
     }
 
     fn directors(&self) -> &[Vector3<f64>] {

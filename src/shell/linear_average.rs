@@ -316,8 +316,4 @@ impl Element<18, 1> for LinearAverage {
         }
         self.directors = self.held.iter().flatten().copied().collect();
     }
-
-    fn angles(&self) -> usize {
-        0
-    }
 }

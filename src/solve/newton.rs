@@ -120,16 +120,12 @@ impl Newton {
         self.numbering.free()
     }
 
-    /// Entries of the factor.
-    pub fn factor_entries(&self) -> usize {
-        self.cholesky.entries()
-    }
-
     /// Minimises the sum of `potentials` from `x`. `targets`: held unknowns and the values they take. On failure `x` is as it was, but the
     /// potentials' own state (directors, lagged stresses) is the caller's to put back.
     pub fn solve(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], targets: &[(usize, f64)]) -> Result<Solved, Failure> {
         if self.free() == 0 {
             targets.iter().for_each(|&(i, value)| x[i] = value);
+            potentials.iter_mut().for_each(|p| p.prepare(x));
             return Ok(Solved { iterations: 0, increment: 0.0, residual: 0.0, negative_pivots: 0 });
         }
         let start = x.to_vec();

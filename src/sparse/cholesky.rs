@@ -70,11 +70,6 @@ impl Cholesky {
         Ok(Cholesky { symbolic, values, work, kind: Kind::Llt, scale: vec![0.0; n] })
     }
 
-    /// Number of entries of the factor.
-    pub fn entries(&self) -> usize {
-        self.values.len()
-    }
-
     /// Factorises `matrix`, the values of the pattern, into the memory of the last factorisation.
     pub fn refactor(&mut self, pattern: &Pattern, matrix: &[f64], kind: Kind) -> Result<Refactored, Pivot> {
         let n = pattern.len();

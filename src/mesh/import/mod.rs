@@ -57,8 +57,8 @@ pub fn read(path: &Path, scale: f64) -> Result<(Mesh, Vec<String>)> {
         return Err(Error::input(place, "the file is empty"));
     }
     let soup = reader(&bytes).map_err(|fault| match fault.at {
-        Some(at) => Error::input(format!("{place}: {at}"), fault.message),
-        None => Error::input(&place, fault.message),
+        Some(at) => Error::input(format!("{place}: {at}"), printable(&fault.message)),
+        None => Error::input(&place, printable(&fault.message)),
     })?;
     soup.finish(&place, scale)
 }
@@ -78,6 +78,12 @@ impl Fault {
     fn at_line(line: usize, message: impl Into<String>) -> Self {
         Fault { at: Some(format!("line {line}")), message: message.into() }
     }
+}
+
+/// A message that may quote a damaged file, fit for a terminal: no control characters or bytes that are no text, and not endless.
+fn printable(message: &str) -> String {
+    let plain = |c: char| if c.is_control() || c == char::REPLACEMENT_CHARACTER { '?' } else { c };
+    message.chars().map(plain).take(300).collect()
 }
 
 /// What a file holds, before it is checked.
