@@ -4,6 +4,7 @@
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
 mod load;
+mod material;
 mod mesh;
 mod read;
 mod report;
@@ -20,6 +21,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
+pub use material::{Bilayer, Composition, Lame, Layer, Material, Orthotropic};
 pub use mesh::{
     Annulus, Cylinder, Disc, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation,
 };

@@ -201,7 +201,11 @@ fn regions(regions: &[RegionTable]) -> Check {
 
 fn shell(scene: &Scene) -> Check {
     let shell = &scene.shell;
-    material("shell", Some(shell.thickness), Some(shell.youngs_modulus), Some(shell.poissons_ratio), shell.density)?;
+    let whole = Composition::of(shell);
+    positive("shell.thickness", shell.thickness, "m")?;
+    positive_or_absent("shell.density", shell.density, "kg/m3")?;
+    material("shell", &whole)?;
+    composition("shell", &whole, "")?;
     positive_or_absent("shell.viscosity", shell.viscosity, "s")?;
     let both = shell.element == Element::Quadratic && shell.director == Director::Average;
     require("shell.director", !both, "`average` exists for the linear element only")?;
@@ -213,17 +217,45 @@ fn shell(scene: &Scene) -> Check {
     for (i, table) in shell.regions.iter().enumerate() {
         let key = format!("shell.region.{i}");
         named(&format!("{key}.region"), &table.region)?;
-        material(&key, table.thickness, table.youngs_modulus, table.poissons_ratio, table.density)?;
+        positive_or_absent(&format!("{key}.thickness"), table.thickness, "m")?;
+        positive_or_absent(&format!("{key}.density"), table.density, "kg/m3")?;
+        let own = Composition { thickness: table.thickness.unwrap_or(shell.thickness), ..Composition::default() }.within(table);
+        material(&key, &own)?;
+        let there = whole.within(table);
+        let idle = there.orthotropic.is_some() && (table.youngs_modulus.is_some() || table.poissons_ratio.is_some());
+        require(&key, !idle, "`youngs_modulus` and `poissons_ratio` have no effect here, the material is `orthotropic`")?;
+        composition(&key, &there, &table.region)?;
     }
     Ok(())
 }
 
-fn material(key: &str, thickness: Option<f64>, modulus: Option<f64>, ratio: Option<f64>, density: Option<f64>) -> Check {
-    positive_or_absent(&format!("{key}.thickness"), thickness, "m")?;
+fn isotropic(key: &str, modulus: Option<f64>, ratio: Option<f64>) -> Check {
     positive_or_absent(&format!("{key}.youngs_modulus"), modulus, "Pa")?;
     let valid = ratio.is_none_or(|ratio| ratio > -1.0 && ratio < 0.5);
-    require(&format!("{key}.poissons_ratio"), valid, "must be > -1 and < 0.5")?;
-    positive_or_absent(&format!("{key}.density"), density, "kg/m3")
+    require(&format!("{key}.poissons_ratio"), valid, "must be > -1 and < 0.5")
+}
+
+/// Ranges of the numbers that one table gives.
+fn material(key: &str, own: &Composition) -> Check {
+    isotropic(key, own.youngs_modulus, own.poissons_ratio)?;
+    let share = own.compression.is_none_or(|share| share > 0.0 && share <= 1.0);
+    require(&format!("{key}.compression"), share, "must be > 0 and <= 1")?;
+    if let Some(table) = &own.orthotropic {
+        let key = format!("{key}.orthotropic");
+        (0..2).try_for_each(|i| positive(&format!("{key}.youngs_moduli.{i}"), table.youngs_moduli[i], "Pa"))?;
+        finite(&format!("{key}.poissons_ratio"), &[table.poissons_ratio], "1")?;
+        positive(&format!("{key}.shear_modulus"), table.shear_modulus, "Pa")?;
+    }
+    let Some(table) = &own.bilayer else { return Ok(()) };
+    positive(&format!("{key}.bilayer.top_thickness"), table.top_thickness, "m")?;
+    isotropic(&format!("{key}.bilayer.top"), table.top.youngs_modulus, table.top.poissons_ratio)?;
+    isotropic(&format!("{key}.bilayer.bottom"), table.bottom.youngs_modulus, table.bottom.poissons_ratio)
+}
+
+/// What holds together, in a region or all over.
+fn composition(key: &str, there: &Composition, region: &str) -> Check {
+    let place = if region.is_empty() { String::new() } else { format!(" (region '{region}')") };
+    there.check().map_err(|(name, message)| fault(&format!("{key}.{name}"), format!("{message}{place}")))
 }
 
 fn rest(rest: &Rest) -> Check {

@@ -212,9 +212,12 @@ impl Newton {
                 moved.iter().for_each(|&(i, d)| prescribed[i] = d);
                 self.system.prescribed = Some(prescribed);
             }
-            self.assemble(potentials, x, Curvature::Mixed);
+            let energy = self.assemble(potentials, x, Curvature::Mixed);
             self.system.prescribed = None;
             self.counters.newton_iterations += 1;
+            if !energy.is_finite() {
+                return Err(Failure::NotContracting(movement));
+            }
             let residual = self.residual();
             let negative_pivots = self.solve_linear(Kind::Ldlt)?;
             if !self.is_held {
@@ -294,6 +297,9 @@ impl Newton {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let energy = self.assemble(potentials, x, Curvature::Projected);
             self.counters.fallback_iterations += 1;
+            if !energy.is_finite() {
+                return Err(Failure::NotContracting(movement));
+            }
             self.solve_shifted()?;
             let slope: f64 = self.solution.iter().zip(&self.system.gradient).map(|(s, g)| s * g).sum();
             let mut fraction = potentials.iter().map(|p| p.max_step(x, &self.dx)).fold(1.0, f64::min);

@@ -12,8 +12,8 @@ use crate::model::{HeldUnknown, Motion, Parts, Ramp, RestDriver, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
 use crate::shell::rest::{Interpolation, Law, Linear, Pullback, Sampling, ScalarField};
 use crate::shell::{
-    Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, LinearInterpolation, MassKind, Measure, QuadraticFree,
-    QuadraticInterpolation, Shell,
+    Director, Inertia, Inertial, LinearAverage, LinearFree, LinearInterpolation, MassKind, Measure, QuadraticFree, QuadraticInterpolation,
+    Shell, koiter,
 };
 use nalgebra::Vector3;
 
@@ -64,18 +64,20 @@ pub fn axis_index(axis: Axis) -> usize {
 pub fn shell(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Box<dyn Shell> {
     let mut supports = vec![Director::Free; topology.edges.len()];
     setup.held_directors.iter().for_each(|(edge, support)| supports[*edge] = *support);
-    let (materials, viscosity) = (setup.materials.clone(), scene.shell.viscosity);
+    let (materials, constitutions, viscosity) = (setup.materials.clone(), setup.constitutions.clone(), scene.shell.viscosity);
     let measure = match scene.shell.director {
-        scene::Director::Average => return Box::new(Koiter::new(LinearAverage::new(mesh, topology, &supports), materials, viscosity)),
+        scene::Director::Average => {
+            return koiter(LinearAverage::new(mesh, topology, &supports), materials, constitutions, viscosity);
+        }
         scene::Director::FreeSin => Measure::Sin,
         scene::Director::FreeTan => Measure::Tan,
         scene::Director::FreeAngle => Measure::Angle,
     };
     match scene.shell.element {
-        scene::Element::Linear => Box::new(Koiter::new(LinearFree::new(mesh, topology, measure, &supports), materials, viscosity)),
+        scene::Element::Linear => koiter(LinearFree::new(mesh, topology, measure, &supports), materials, constitutions, viscosity),
         scene::Element::Quadratic => {
             let element = QuadraticFree::new(mesh, topology, &mesh.midpoints, measure, &supports);
-            Box::new(Koiter::new(element, materials, viscosity))
+            koiter(element, materials, constitutions, viscosity)
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
-use crate::scene::{MeshTable, PinDirector, Scene, Shell};
+use crate::scene::{Composition, Lame, Material, MeshTable, PinDirector, Scene, Shell};
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -48,8 +48,13 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     }
     let change = |value: Option<f64>, unit: &str| value.map_or(String::new(), |value| format!(", {value} {unit}"));
     parts.extend(shell.regions.iter().map(|r| {
-        let modulus = r.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"));
-        ("region", format!("{}{}{modulus}{}", r.region, change(r.thickness, "m"), change(r.density, "kg/m3")))
+        let other = r.material.is_some() || r.lame.is_some() || r.compression.is_some() || r.orthotropic.is_some() || r.bilayer.is_some();
+        let material = if other {
+            describe_material(&Composition::of(shell).within(r))
+        } else {
+            r.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"))
+        };
+        ("region", format!("{}{}{material}{}", r.region, change(r.thickness, "m"), change(r.density, "kg/m3")))
     }));
     parts.extend(scene.forces.iter().map(|load| ("force", format!("{}: {:?} N on each vertex", load.region, load.force))));
     parts.extend(scene.edge_loads.iter().map(|load| ("edge-load", format!("{}: {:?} N/m", load.region, load.force))));
@@ -87,7 +92,27 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
 fn describe_shell(shell: &Shell) -> String {
     let (element, director) = (shell.element.name(), shell.director.name());
     let density = shell.density.map_or(String::new(), |rho| format!(", {rho} kg/m3"));
-    format!("{element} {director}, {} m, {:e} Pa, nu {}{density}", shell.thickness, shell.youngs_modulus, shell.poissons_ratio)
+    format!("{element} {director}, {} m{}{density}", shell.thickness, describe_material(&Composition::of(shell)))
+}
+
+/// Law and moduli, each after a comma. The law is left out where it is the default.
+fn describe_material(made: &Composition) -> String {
+    if let Some(o) = &made.orthotropic {
+        let ([e1, e2], nu, g) = (o.youngs_moduli, o.poissons_ratio, o.shear_modulus);
+        return format!(", orthotropic, {e1:e} and {e2:e} Pa, nu {nu}, shear {g:e} Pa");
+    }
+    if let Some((bilayer, [top, bottom])) = made.bilayer.as_ref().and_then(|b| Some((b, made.layers(b)?))) {
+        let thickness = bilayer.top_thickness;
+        return format!(", bilayer, top {thickness} m, {:e} Pa, nu {}, bottom {:e} Pa, nu {}", top[0], top[1], bottom[0], bottom[1]);
+    }
+    let law = match (made.material, made.lame) {
+        (Material::StVenantKirchhoff, Some(Lame::ThreeD)) => ", three-dimensional Lame parameters".to_owned(),
+        (Material::StVenantKirchhoff, _) => String::new(),
+        (law, _) => format!(", {}", law.name()),
+    };
+    let modulus = made.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"));
+    let ratio = made.poissons_ratio.map_or(String::new(), |nu| format!(", nu {nu}"));
+    format!("{law}{modulus}{ratio}")
 }
 
 fn mesh(mesh: &MeshTable) -> String {

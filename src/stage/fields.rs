@@ -151,7 +151,7 @@ impl<'a> Fields<'a> {
             for (k, weight) in (per_face * f..per_face * (f + 1)).zip(self.shell.weights()) {
                 let e = forms[k];
                 let now = Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] };
-                let p = at_point(&tangents[k], &now, &rest[k], material);
+                let p = at_point(&tangents[k], &now, &rest[k], material, &self.setup.constitution(f));
                 area += weight * (rest[k].a[0] * rest[k].a[2] - rest[k].a[1] * rest[k].a[1]).sqrt();
                 // Directions have no sign of their own: those of the first point lead.
                 let lead = |sum: &[f64; 6], d: &Vector3<f64>| if sum[0] * d.x + sum[1] * d.y + sum[2] * d.z < 0.0 { -d } else { *d };

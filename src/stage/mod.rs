@@ -6,6 +6,7 @@ pub mod check;
 pub mod export;
 mod fields;
 mod loads;
+mod materials;
 pub mod mesh;
 pub mod report;
 pub mod run;

@@ -1,6 +1,7 @@
 //! `setup`: materials, machine direction, supports, rest forms and the first state (`setup.h5`).
 
 use super::build::{self, place_values};
+use super::materials;
 use super::supports;
 use super::{Job, mesh as mesh_stage};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
@@ -9,7 +10,7 @@ use crate::mesh::{Mesh, Region, Topology};
 use crate::model::StepFailure;
 use crate::scene::{self, Direction, Scene};
 use crate::shell::rest::{Forms, machine_direction};
-use crate::shell::{Director, Material};
+use crate::shell::{Constitution, Director, Material};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,8 @@ use std::path::{Path, PathBuf};
 pub struct Setup {
     /// Material of each face.
     pub materials: Vec<Material>,
+    /// Law of each face; empty where all have the default, isotropic St. Venant-Kirchhoff in plane stress.
+    pub constitutions: Vec<Constitution>,
     /// Density of each face [kg/m3]; empty where the scene has none.
     pub densities: Vec<f64>,
     /// Forms of the initial shape, per integration point.
@@ -86,23 +89,37 @@ pub fn load(job: &Job) -> Result<(Setup, Snapshot)> {
 pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     let topology = Topology::new(&mesh.faces);
     let mut setup = Setup::default();
-    set_materials(&mut setup, scene, mesh)?;
     (setup.held, setup.held_directors) = supports::find(scene, mesh, &topology)?;
     if let Some(table) = scene.rest.as_ref().and_then(|r| r.linear.as_ref()).and_then(|l| l.machine_direction.as_ref()) {
         setup.machine_direction = Some(set_direction(table, mesh)?);
     }
+    materials::set(&mut setup, scene, mesh)?;
     let shell = build::shell(scene, mesh, &topology, &setup);
+    let points = shell.points();
     let mut x: Vec<f64> = mesh.nodes().iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(shell.unknowns(), 0.0);
     setup.initial_forms = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] }).collect();
     if let Some(f) = setup.initial_forms.iter().position(|f| !f.is_admissible()) {
-        return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / shell.points())));
+        return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / points)));
     }
+    let admit = |place: &str, forms: &[Forms], setup: &Setup| {
+        let f = forms.iter().enumerate().map(|(k, forms)| (k / points, forms));
+        let mut refused = f.filter(|(f, forms)| !setup.constitution(*f).admits(&setup.materials[*f], forms));
+        refused.next().map_or(Ok(()), |(f, _)| {
+            let thickness = setup.materials[f].thickness;
+            let message = format!("face {f} is bent more sharply than its thickness of {thickness} m allows for a neo-hookean shell");
+            Err(Error::input(place, message))
+        })
+    };
+    admit("mesh", &setup.initial_forms, &setup)?;
     setup.rest_forms = match build::rest(scene, mesh, &topology, &setup)? {
         Some(mut driver) => {
             // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
-            driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
-            driver.forms(0.0).map_err(|e| Error::input("rest", e))?
+            let end = driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
+            let start = driver.forms(0.0).map_err(|e| Error::input("rest", e))?;
+            admit("rest", &end, &setup)?;
+            admit("rest", &start, &setup)?;
+            start
         }
         None => setup.initial_forms.clone(),
     };
@@ -127,30 +144,6 @@ pub fn region<'a>(mesh: &'a Mesh, key: &str, name: &str) -> Result<&'a Region> {
     })
 }
 
-fn set_materials(setup: &mut Setup, scene: &Scene, mesh: &Mesh) -> Result<()> {
-    let s = &scene.shell;
-    let material = Material { thickness: s.thickness, youngs_modulus: s.youngs_modulus, poissons_ratio: s.poissons_ratio };
-    setup.materials = vec![material; mesh.faces.len()];
-    setup.densities = s.density.map_or(Vec::new(), |rho| vec![rho; mesh.faces.len()]);
-    for (i, table) in s.regions.iter().enumerate() {
-        let key = format!("shell.region.{i}.region");
-        let faces = &region(mesh, &key, &table.region)?.faces;
-        if faces.is_empty() {
-            return Err(Error::input(key, format!("region '{}' has no faces", table.region)));
-        }
-        for &f in faces {
-            let m = &mut setup.materials[f];
-            m.thickness = table.thickness.unwrap_or(m.thickness);
-            m.youngs_modulus = table.youngs_modulus.unwrap_or(m.youngs_modulus);
-            m.poissons_ratio = table.poissons_ratio.unwrap_or(m.poissons_ratio);
-            if let (Some(rho), Some(to)) = (table.density, setup.densities.get_mut(f)) {
-                *to = rho;
-            }
-        }
-    }
-    Ok(())
-}
-
 fn set_direction(table: &Direction, mesh: &Mesh) -> Result<Vec<[f64; 2]>> {
     let key = "rest.linear.machine_direction";
     match table {
@@ -173,6 +166,11 @@ fn rows(forms: &[Forms]) -> Array {
 }
 
 impl Setup {
+    /// Law of a face.
+    pub fn constitution(&self, face: usize) -> Constitution {
+        self.constitutions.get(face).copied().unwrap_or_default()
+    }
+
     fn to_archive(&self, inputs: &str) -> Archive {
         let mut archive = Archive::new(Kind::Setup, inputs);
         archive.numbers.insert("free_unknowns".into(), self.free_unknowns as f64);
@@ -182,6 +180,9 @@ impl Setup {
             "material",
             Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"),
         );
+        if !self.constitutions.is_empty() {
+            put("constitution", materials::to_array(&self.constitutions));
+        }
         put("initial_forms", rows(&self.initial_forms));
         put("rest_forms", rows(&self.rest_forms));
         if !self.densities.is_empty() {
@@ -222,7 +223,11 @@ impl Setup {
         let optional = |name: &str| if archive.arrays.contains_key(name) { real(name).map(Some) } else { Ok(None) };
         let planes = optional("held_director_planes")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
         let supports = planes.map(|normal| if normal == Vector3::zeros() { Director::Clamped } else { Director::Symmetry(normal) });
+        let machine_direction: Option<Vec<[f64; 2]>> =
+            optional("machine_direction")?.map(|d| d.chunks_exact(2).map(|d| [d[0], d[1]]).collect());
+        let constitutions = optional("constitution")?.map_or(Some(Vec::new()), |rows| materials::from_rows(rows, &machine_direction));
         Ok(Setup {
+            constitutions: constitutions.ok_or_else(|| missing("constitution"))?,
             materials: real("material")?
                 .chunks_exact(3)
                 .map(|m| Material { thickness: m[0], youngs_modulus: m[1], poissons_ratio: m[2] })
@@ -230,7 +235,7 @@ impl Setup {
             densities: optional("density")?.unwrap_or(&[]).to_vec(),
             initial_forms: forms("initial_forms")?,
             rest_forms: forms("rest_forms")?,
-            machine_direction: optional("machine_direction")?.map(|d| d.chunks_exact(2).map(|d| [d[0], d[1]]).collect()),
+            machine_direction,
             held: whole("held_unknowns")?.chunks_exact(2).map(|h| Held { unknown: h[0], pin: h[1].checked_sub(1) }).collect(),
             held_directors: whole("held_director_edges")?.into_iter().zip(supports).collect(),
             free_unknowns: archive.numbers.get("free_unknowns").map_or(0, |n| *n as usize),

@@ -115,6 +115,12 @@ fn supports() {
 }
 
 #[test]
+fn materials() {
+    let rubber = with(STATIC, "density", "material = \"neo-hookean\"\ndensity");
+    assert_traceless(&rubber, STATIC, &["constitution"]);
+}
+
+#[test]
 fn viscosity() {
     let (with_it, without) = (traces(DYNAMIC), traces(&with(DYNAMIC, "viscosity = 0.01\n", "")));
     assert_eq!(without.of(&["visc", "damp"]), Vec::<String>::new());
