@@ -8,6 +8,7 @@ mod fields;
 mod loads;
 pub mod mesh;
 pub mod report;
+mod rest;
 pub mod run;
 pub mod setup;
 pub mod status;
