@@ -163,7 +163,7 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
         }
     } else if !mesh.midpoints.is_empty() {
         warnings.push("the linear element leaves out the midpoints of the mesh's edges".into());
-        mesh.midpoints.clear();
+        mesh.drop_midpoints();
     }
     for (i, table) in scene.regions.iter().enumerate() {
         let key = format!("region.{i}");
