@@ -1,15 +1,15 @@
 //! The growth laws of a scene as objects, what drives them in time, and the machine direction they refer to.
 
-use super::build::{expression, field, of_time};
+use super::build::{self, expression, field, of_time};
 use super::setup::Setup;
 use crate::error::{Error, Result};
 use crate::math::Jet;
-use crate::mesh::{Mesh, Topology};
+use crate::mesh::{FieldOn, FieldSampler, Mesh, Topology};
 use crate::model::{Ramp, RestDriver};
 use crate::scene::{self, Expr, Scalar, Scene};
 use crate::shell::rest::{
-    Components, Interpolation, Isotropic, Law, LinearInterpolation, MachineDirection, Orthotropic, OtherShape, Prestress, Product, Profile,
-    Pullback, QuadraticInterpolation, Sampling, ScalarField, Site, Surface, Swelling, on_faces, transported,
+    Components, Forms, Interpolation, Isotropic, Law, LinearInterpolation, MachineDirection, Orthotropic, OtherShape, Prestress, Product,
+    Profile, Pullback, QuadraticInterpolation, Sampling, ScalarField, Site, Surface, Swelling, on_faces, transported,
 };
 use nalgebra::Vector3;
 
@@ -30,8 +30,8 @@ impl Reader<'_> {
         match scalar {
             Scalar::Expr(expr) => self.expr(key, expr, scene::PLACE_AND_TIME),
             Scalar::Field(named) => {
-                let [field] = self.mesh_field(key, &named.field)?;
-                Ok(Box::new(move |site, _| field(site)))
+                let sampler = mesh_field(self.mesh, &format!("{key}.field"), &named.field, 1)?;
+                Ok(Box::new(move |site, _| sampler.at(site.face, site.place).map_or(f64::NAN, |v| v[0])))
             }
         }
     }
@@ -41,16 +41,10 @@ impl Reader<'_> {
         let mut make = |expr| self.expr(key, expr, scene::PLANE_AND_TIME);
         Ok(Some([make(a)?, make(b)?, make(c)?]))
     }
-
-    /// The components of a field of the mesh. Errors: a field that is not there or has another number of components.
-    fn mesh_field<const N: usize>(&self, key: &str, name: &str) -> Result<[Box<dyn Fn(&Site) -> f64>; N]> {
-        let _ = (self.mesh, key, name);
-        unimplemented!()
-    }
 }
 
 /// The growth law, whether it changes in time; none for the initial shape.
-fn law(scene: &Scene, mesh: &Mesh, setup: &Setup) -> Result<Option<(Box<dyn Law>, bool)>> {
+fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Option<(Box<dyn Law>, bool)>> {
     let Some(rest) = &scene.rest else { return Ok(None) };
     let mut reader = Reader { mesh, changes: false };
     let mut laws: Vec<Box<dyn Law>> = Vec::new();
@@ -60,6 +54,9 @@ fn law(scene: &Scene, mesh: &Mesh, setup: &Setup) -> Result<Option<(Box<dyn Law>
     }
     if let Some(table) = &rest.surface {
         laws.push(Box::new(surface(table)?));
+    }
+    if let Some(table) = &rest.shape {
+        laws.push(Box::new(other_shape(scene, mesh, topology, setup, table)?));
     }
     if let Some(table) = &rest.isotropic {
         laws.push(Box::new(Isotropic { s: reader.scalar("rest.isotropic.s", &table.s)? }));
@@ -98,6 +95,44 @@ fn law(scene: &Scene, mesh: &Mesh, setup: &Setup) -> Result<Option<(Box<dyn Law>
         _ => Box::new(Product(laws)),
     };
     Ok(Some((law, reader.changes)))
+}
+
+/// A field of the mesh with that many components. Errors: there is none.
+fn mesh_field(mesh: &Mesh, key: &str, name: &str, components: usize) -> Result<FieldSampler> {
+    let known = || mesh.fields.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let Some(sampler) = mesh.field_sampler(name) else {
+        let help = if mesh.fields.is_empty() { "the mesh has no fields".to_owned() } else { format!("the mesh has: {}", known()) };
+        return Err(Error::input_with_help(key, format!("there is no field '{name}'"), help));
+    };
+    match mesh.fields.get(name).map(|f| f.components) {
+        Some(n) if n != components => Err(Error::input(key, format!("field '{name}' has {n} components, {components} are needed"))),
+        _ => Ok(sampler),
+    }
+}
+
+/// Law `shape`: the forms of the same faces with their nodes elsewhere.
+fn other_shape(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, table: &scene::Shape) -> Result<OtherShape> {
+    let (key, name) = match table {
+        scene::Shape::File(_) => ("rest.shape.file", super::mesh::REST_SHAPE),
+        scene::Shape::Field(name) => ("rest.shape.field", name.as_str()),
+    };
+    mesh_field(mesh, key, name, 3)?;
+    let field = &mesh.fields[name];
+    if field.on != FieldOn::Nodes {
+        return Err(Error::input(key, format!("field '{name}' belongs to the faces, positions of nodes are needed")));
+    }
+    let nodes: Vec<Vector3<f64>> = field.data.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
+    let (vertices, midpoints) = nodes.split_at(mesh.vertices.len());
+    let other = Mesh { vertices: vertices.to_vec(), midpoints: midpoints.to_vec(), ..mesh.clone() };
+    let shell = build::shell(scene, &other, topology, setup);
+    let mut x: Vec<f64> = nodes.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    x.resize(shell.unknowns(), 0.0);
+    let initial_forms: Vec<Forms> = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] }).collect();
+    if let Some(k) = initial_forms.iter().position(|f| !f.is_admissible()) {
+        return Err(Error::input(key, format!("face {} has no area in the other shape", k / shell.points())));
+    }
+    let setup = Setup { initial_forms, ..setup.clone() };
+    Ok(OtherShape { shape: interpolation(scene, &other, topology, &setup) })
 }
 
 fn components(components: scene::Components) -> Components {
@@ -172,8 +207,10 @@ fn pointwise(table: &scene::MachineDirection, mesh: &Mesh) -> Result<Option<Mach
             MachineDirection::Vector(Box::new(move |site, _| parsed.jet(&place_jets(&site.position)).gradient))
         }
         scene::MachineDirection::Field(name) => {
-            let fields = reader.mesh_field::<3>("machine-direction.field", name)?;
-            MachineDirection::Vector(Box::new(move |site, _| Vector3::from(fields.each_ref().map(|f| f(site)))))
+            let sampler = mesh_field(mesh, "machine-direction.field", name, 3)?;
+            MachineDirection::Vector(Box::new(move |site, _| {
+                sampler.at(site.face, site.place).map_or(Vector3::zeros(), |v| Vector3::new(v[0], v[1], v[2]))
+            }))
         }
         scene::MachineDirection::Transport(_) => return Ok(None),
     }))
@@ -219,7 +256,7 @@ fn interpolation(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup)
 
 /// What drives the rest forms, if anything does.
 pub fn driver(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Option<RestDriver>> {
-    let (Some((law, changes)), Some(table)) = (law(scene, mesh, setup)?, &scene.rest) else { return Ok(None) };
+    let (Some((law, changes)), Some(table)) = (law(scene, mesh, topology, setup)?, &scene.rest) else { return Ok(None) };
     let ramp: Option<Ramp> = match &table.ramp {
         Some(expr) => Some(of_time("rest.ramp", expr)?),
         None if scene.statics.is_some() && !changes => Some(Box::new(|t| t)),

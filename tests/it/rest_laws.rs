@@ -193,6 +193,51 @@ fn prestress() {
     }
 }
 
+/// The forms of another mesh file are those that the mesh would start with; a field of the mesh sets the growth that an expression does.
+#[test]
+fn another_shape_and_fields_of_the_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let (flat, bent) = (folder.path().join("flat.vtk"), folder.path().join("bent.vtk"));
+    let grid: Vec<[f64; 2]> = (0..=4).flat_map(|i| (0..=3).map(move |j| [0.1 * f64::from(i), 0.1 * f64::from(j)])).collect();
+    let faces: Vec<[usize; 3]> = (0..4)
+        .flat_map(|i| (0..3).flat_map(move |j| [[4 * i + j, 4 * i + j + 4, 4 * i + j + 5], [4 * i + j, 4 * i + j + 5, 4 * i + j + 1]]))
+        .collect();
+    let write = |path: &std::path::Path, place: &dyn Fn(&[f64; 2]) -> [f64; 3]| {
+        let mut text = format!("# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS {} double\n", grid.len());
+        grid.iter().map(place).for_each(|[x, y, z]| text += &format!("{x:?} {y:?} {z:?}\n"));
+        text += &format!("POLYGONS {} {}\n", faces.len(), 4 * faces.len());
+        faces.iter().for_each(|[a, b, c]| text += &format!("3 {a} {b} {c}\n"));
+        text += &format!("POINT_DATA {}\nSCALARS s double 1\nLOOKUP_TABLE default\n", grid.len());
+        grid.iter().for_each(|[x, y]| text += &format!("{:?}\n", 0.3 * x - 0.2 * y));
+        std::fs::write(path, text).unwrap();
+    };
+    write(&flat, &|[x, y]| [*x, *y, 0.0]);
+    write(&bent, &|[x, y]| [1.1 * x, *y, x * x + 0.3 * x * y]);
+    let file = |path: &std::path::Path| format!("[mesh.file]\npath = {:?}\n", path.display().to_string());
+    for element in ELEMENTS {
+        let (_, expected, _) = laws(&file(&bent), element, "");
+        let (_, initial, rest) = laws(&file(&flat), element, &format!("[rest.shape.file]\npath = {:?}", bent.display().to_string()));
+        let moved = initial.iter().zip(&expected).map(|(i, e)| (i.a[0] / e.a[0] - 1.0).abs()).fold(0.0, f64::max);
+        assert!(moved > 0.1);
+        for (r, e) in rest.iter().zip(&expected) {
+            assert_close(r.a, e.a, 1e-12, element);
+            assert_within(r.b, e.b, 1e-12 * bend(&expected), element);
+        }
+        let (_, _, field) = laws(&file(&flat), element, "[rest.isotropic]\ns = { field = \"s\" }");
+        let (_, _, given) = laws(&file(&flat), element, "[rest.isotropic]\ns = \"0.3 * x - 0.2 * y\"");
+        for (f, g) in field.iter().zip(&given) {
+            assert_close(f.a, g.a, 1e-12, element);
+        }
+    }
+    // A shape of other faces.
+    let other = format!(
+        "{SQUARE}\n[shell]\nthickness = 0.01\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n[rest.shape.file]\npath = {:?}\n[statics]\n",
+        bent.display().to_string()
+    );
+    let error = set_up(&other).err().map(|e| format!("{} {e}", e.exit_code())).unwrap_or_default();
+    assert!(error.starts_with("2 ") && error.contains("bent.vtk") && error.contains("its faces are not those of the mesh"), "{error}");
+}
+
 #[test]
 fn impossible_growth_names_the_face_and_the_value() {
     for (law, words) in [

@@ -58,7 +58,30 @@ const WRONG: &[(&str, &str, &str)] = &[
     // Rest shape.
     ("ramp = \"min(t, 1)\"", "ramp = §2", "rest.ramp = 2: must be 0 to 1"),
     ("ramp = \"min(t, 1)\"", "ramp = §\"x\"", "rest.ramp = \"x\": unknown name `x`; variables here: t"),
-    ("[rest]\nramp = \"min(t, 1)\"", "§[rest]\npullback = {}", "rest: at most one law"),
+    (
+        "[rest]\nramp = \"min(t, 1)\"",
+        "§[rest]\nbilayer = { m_plus = 0, m_minus = 0, mu = [0, 0] }",
+        "rest: at most one of these laws may be given: `linear`, `bilayer`",
+    ),
+    (
+        "ramp = \"min(t, 1)\"",
+        "pullback = {}\nsurface = { sphere = { radius = 1 } }",
+        "rest: at most one of these laws may be given: `pullback`, `surface`",
+    ),
+    (
+        "ramp = \"min(t, 1)\"",
+        "surface = { torus = { radii = [§1, 1] } }",
+        "rest.surface.torus.radii.0 = 1: must be larger than the radius of the tube",
+    ),
+    ("ramp = \"min(t, 1)\"", "isotropic = { s = { field = §\"\" } }", "rest.isotropic.s.field = \"\": must not be empty"),
+    (
+        "ramp = \"min(t, 1)\"",
+        "isotropic = { s = §[1] }",
+        "rest.isotropic.s = [1]: expected a number, an expression in quotes or { field = \"name\" }",
+    ),
+    ("ramp = \"min(t, 1)\"", "orthotropic = { factors = [1, §\"q\"] }", "rest.orthotropic.factors.1 = \"q\": unknown name `q`"),
+    ("ramp = \"min(t, 1)\"", "prestress = §{}", "rest.prestress = {}: must give `times`, `plus_a` or `plus_b`"),
+    ("ramp = \"min(t, 1)\"", "shape = { file = { path = \"a.obj\", scale = §0 } }", "rest.shape.file.scale = 0: must be > 0"),
     ("m_plus = \"2 * t\"", "m_plus = §\"2 * q\"", "rest.linear.m_plus = \"2 * q\": unknown name `q`"),
     ("m_plus = \"2 * t\"", "m_plus = §\"sqrt(-1)\"", "rest.linear.m_plus = \"sqrt(-1)\": must be finite"),
     ("mu = 0.001", "mu = §inf", "rest.linear.mu = inf: must be finite"),
