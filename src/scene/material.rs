@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Material {
-    /// Stress linear in the Green strain.
+    /// St. Venant-Kirchhoff: stress linear in the Green strain.
     #[default]
-    StVenantKirchhoff,
+    Stvk,
     /// Compressible rubber, in plane stress, integrated through the thickness.
     NeoHookean,
     /// Cloth and foil: wrinkles instead of bearing compression; bends as St. Venant-Kirchhoff.
@@ -21,7 +21,7 @@ impl Material {
     /// Name in scenes.
     pub fn name(self) -> &'static str {
         match self {
-            Material::StVenantKirchhoff => "st-venant-kirchhoff",
+            Material::Stvk => "stvk",
             Material::NeoHookean => "neo-hookean",
             Material::TensionField => "tension-field",
         }
@@ -42,7 +42,7 @@ pub enum Lame {
 /// Orthotropic St. Venant-Kirchhoff: moduli along (1) and across (2) the machine direction, which the scene must have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Orthotropic {
+pub struct OrthotropicModuli {
     /// Young's moduli `[E1, E2]` along and across the fibres [Pa], > 0.
     pub youngs_moduli: [f64; 2],
     /// Poisson's ratio nu12: the contraction across under a stretch along; `|nu12| < sqrt(E1 / E2)`. nu21 is `nu12 E2 / E1`.
@@ -54,7 +54,7 @@ pub struct Orthotropic {
 /// Two layers, each isotropic St. Venant-Kirchhoff. The reference surface stays the middle of the whole shell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Bilayer {
+pub struct Layers {
     /// Thickness of the top layer (the side of the normal) [m], > 0 and less than the shell's.
     pub top_thickness: f64,
     /// Top layer.
@@ -93,9 +93,9 @@ pub struct Composition {
     /// Share of the membrane's stiffness in compression.
     pub compression: Option<f64>,
     /// Moduli along and across the fibres.
-    pub orthotropic: Option<Orthotropic>,
+    pub orthotropic: Option<OrthotropicModuli>,
     /// Layers.
-    pub bilayer: Option<Bilayer>,
+    pub bilayer: Option<Layers>,
 }
 
 impl Composition {
@@ -129,7 +129,7 @@ impl Composition {
     }
 
     /// Young's moduli [Pa] and Poisson's ratios of the layers, top and bottom, where both are known.
-    pub fn layers(&self, bilayer: &Bilayer) -> Option<[[f64; 2]; 2]> {
+    pub fn layers(&self, bilayer: &Layers) -> Option<[[f64; 2]; 2]> {
         let of = |layer: &Layer| Some([layer.youngs_modulus.or(self.youngs_modulus)?, layer.poissons_ratio.or(self.poissons_ratio)?]);
         Some([of(&bilayer.top)?, of(&bilayer.bottom)?])
     }
@@ -139,14 +139,14 @@ impl Composition {
     /// # Errors
     /// The first fault.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let linear = self.material == Material::StVenantKirchhoff;
+        let linear = self.material == Material::Stvk;
         let law = self.material.name();
         let isotropic = self.orthotropic.is_none() && self.bilayer.is_none();
         let rules = [
             ("bilayer", self.bilayer.is_some() && self.orthotropic.is_some(), "cannot be combined with `orthotropic`".to_owned()),
-            ("orthotropic", self.orthotropic.is_some() && !linear, format!("exists for `st-venant-kirchhoff` only, not for `{law}`")),
-            ("bilayer", self.bilayer.is_some() && !linear, format!("exists for `st-venant-kirchhoff` only, not for `{law}`")),
-            ("lame", self.lame.is_some() && !linear, format!("exists for `st-venant-kirchhoff` only, not for `{law}`")),
+            ("orthotropic", self.orthotropic.is_some() && !linear, format!("exists for `stvk` only, not for `{law}`")),
+            ("bilayer", self.bilayer.is_some() && !linear, format!("exists for `stvk` only, not for `{law}`")),
+            ("lame", self.lame.is_some() && !linear, format!("exists for `stvk` only, not for `{law}`")),
             ("lame", self.lame.is_some() && !isotropic, "has no meaning with `orthotropic` or `bilayer`".to_owned()),
             (
                 "compression",

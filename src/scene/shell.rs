@@ -1,6 +1,6 @@
 //! Table `[shell]`: element, thickness and material.
 
-use super::material::{Bilayer, Lame, Material, Orthotropic};
+use super::material::{Lame, Layers, Material, OrthotropicModuli};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -81,21 +81,21 @@ pub struct Shell {
     /// Poisson's ratio, -1 < nu < 0.5. May be absent as `youngs_modulus` may.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poissons_ratio: Option<f64>,
-    /// Law of the material. Default: `st-venant-kirchhoff`.
+    /// Law of the material. Default: `stvk`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
-    /// First Lame parameter of `st-venant-kirchhoff`. Default: `plane-stress`.
+    /// First Lame parameter of `stvk`. Default: `plane-stress`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lame: Option<Lame>,
     /// Share of the membrane's stiffness that `tension-field` leaves in compression, > 0 and <= 1. Default: 1e-3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compression: Option<f64>,
-    /// Other moduli along the fibres than across. Not with `bilayer`; `st-venant-kirchhoff` only.
+    /// Other moduli along the fibres than across. Not with `bilayer`; `stvk` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub orthotropic: Option<Orthotropic>,
-    /// Two layers of different materials. `st-venant-kirchhoff` only.
+    pub orthotropic: Option<OrthotropicModuli>,
+    /// Two layers of different materials. `stvk` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bilayer: Option<Bilayer>,
+    pub bilayer: Option<Layers>,
     /// Density [kg/m3], > 0. Needed by dynamics and gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
@@ -126,21 +126,21 @@ pub struct ShellRegion {
     /// Poisson's ratio, -1 < nu < 0.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poissons_ratio: Option<f64>,
-    /// Law of the material. Default: `st-venant-kirchhoff`.
+    /// Law of the material. Default: `stvk`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
-    /// First Lame parameter of `st-venant-kirchhoff`. Default: `plane-stress`.
+    /// First Lame parameter of `stvk`. Default: `plane-stress`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lame: Option<Lame>,
     /// Share of the membrane's stiffness that `tension-field` leaves in compression, > 0 and <= 1. Default: 1e-3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compression: Option<f64>,
-    /// Other moduli along the fibres than across. Not with `bilayer`; `st-venant-kirchhoff` only.
+    /// Other moduli along the fibres than across. Not with `bilayer`; `stvk` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub orthotropic: Option<Orthotropic>,
-    /// Two layers of different materials. `st-venant-kirchhoff` only.
+    pub orthotropic: Option<OrthotropicModuli>,
+    /// Two layers of different materials. `stvk` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bilayer: Option<Bilayer>,
+    pub bilayer: Option<Layers>,
     /// Density [kg/m3], > 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,

@@ -6,7 +6,7 @@
 //! - `material`: what a face is made of; `orthotropic`, `layered`, `neo_hookean` and `tension_field`: its laws other than the isotropic one
 //! - `constitutive`: how the energy asks them for stress and stiffness; `projection`: positive semidefinite neighbours of these
 //! - `energy`: the Koiter energy of any element, with damping, as a [`crate::sparse::Potential`]
-//! - `rest`: growth laws as functions of a point; `rest_linear` and `rest_quadratic`: how an element interpolates them
+//! - `rest`: growth laws as functions of a point, and how an element interpolates them
 //! - `mass`: inertia
 //! - `fields`: what is shown of a state: curvatures, strains, stresses, moments
 //!
@@ -30,8 +30,6 @@ mod projection;
 mod quadratic;
 mod quadratic_shape;
 pub mod rest;
-mod rest_linear;
-mod rest_quadratic;
 mod tension_field;
 
 pub use constitutive::{Constitutive, General, Uncoupled};
@@ -46,5 +44,4 @@ pub use mass::{Inertia, Inertial, MassKind};
 pub use material::{Constitution, Material, Response};
 pub use orthotropic::Orthotropic;
 pub use quadratic::QuadraticFree;
-pub use rest_linear::LinearInterpolation;
-pub use rest_quadratic::QuadraticInterpolation;
+pub use rest::{LinearInterpolation, QuadraticInterpolation};

@@ -1,6 +1,6 @@
 //! What each face is made of: from the scene's tables to [`Material`] and [`Constitution`], and to the rows that `setup.h5` keeps of the latter.
 
-use super::setup::{Setup, region};
+use super::setup::region;
 use crate::case::Array;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -10,83 +10,116 @@ use crate::shell::{Bilayer, Constitution, Material, Orthotropic};
 /// Share of the membrane's stiffness that a tension field leaves in compression, by default.
 const COMPRESSION: f64 = 1e-3;
 
-/// Sets materials, laws and densities of all faces. The machine direction must be set before.
-///
-/// # Errors
-/// Regions that do not exist or have no faces; regions that overlap so that what holds on a face does not go together; an orthotropic
-/// material without a machine direction.
-pub fn set(setup: &mut Setup, scene: &Scene, mesh: &Mesh) -> Result<()> {
-    let shell = &scene.shell;
-    // What holds on each face, as a number in the list of all that there is, with the last region that said something about it.
-    let mut made = vec![(Composition::of(shell), "shell".to_owned(), String::new())];
-    let mut of_face = vec![0; mesh.faces.len()];
-    setup.densities = shell.density.map_or(Vec::new(), |rho| vec![rho; mesh.faces.len()]);
-    for (i, table) in shell.regions.iter().enumerate() {
-        let key = format!("shell.region.{i}");
-        let place = format!("{key}.region");
-        let faces = &region(mesh, &place, &table.region)?.faces;
-        if faces.is_empty() {
-            return Err(Error::input(place, format!("region '{}' has no faces", table.region)));
-        }
-        let mut changed = vec![None; made.len()];
-        for &f in faces {
-            let before = of_face[f];
-            of_face[f] = match changed[before] {
-                Some(after) => after,
-                None => {
-                    made.push((made[before].0.within(table), key.clone(), format!(" (region '{}')", table.region)));
-                    *changed[before].insert(made.len() - 1)
-                }
-            };
-            if let (Some(rho), Some(to)) = (table.density, setup.densities.get_mut(f)) {
-                *to = rho;
-            }
-        }
-    }
-    let mut used = vec![false; made.len()];
-    of_face.iter().for_each(|n| used[*n] = true);
-    for ((composition, key, place), _) in made.iter().zip(&used).filter(|(_, used)| **used) {
-        composition.check().map_err(|(name, message)| Error::input(format!("{key}.{name}"), format!("{message}{place}")))?;
-        if composition.orthotropic.is_some() && setup.machine_direction.is_none() {
-            return Err(Error::input(format!("{key}.orthotropic"), format!("needs a machine direction, and the scene has none{place}")));
-        }
-        if composition.lame == Some(Lame::ThreeD) {
-            log::warn!("{key}.lame = \"three-d\"{place} is too stiff for a shell; it is there to replicate what others computed");
-        }
-    }
-    let laws: Vec<(Material, Constitution)> =
-        of_face.iter().enumerate().map(|(f, n)| law(&made[*n].0, setup.machine_direction.as_ref().map(|d| d[f]))).collect();
-    setup.materials = laws.iter().map(|(material, _)| *material).collect();
-    if laws.iter().any(|(_, law)| *law != Constitution::default()) {
-        setup.constitutions = laws.iter().map(|(_, law)| *law).collect();
-    }
-    Ok(())
+/// What the scene says of each face, and what has to be known of the scene to make laws of it.
+pub struct Compositions {
+    /// All that there are.
+    made: Vec<Composition>,
+    /// Which of them each face has.
+    of_face: Vec<usize>,
+    /// Density of each face [kg/m3]; empty where the scene has none.
+    pub densities: Vec<f64>,
 }
 
-/// What a composition that holds together makes of a face. `direction`: the face's machine direction.
-fn law(made: &Composition, direction: Option<[f64; 2]>) -> (Material, Constitution) {
-    let isotropic = [made.youngs_modulus.unwrap_or_default(), made.poissons_ratio.unwrap_or_default()];
-    let (means, constitution) = if let Some((table, direction)) = made.orthotropic.zip(direction) {
-        let o = Orthotropic {
-            youngs_moduli: table.youngs_moduli,
-            poissons_ratio: table.poissons_ratio,
-            shear_modulus: table.shear_modulus,
-            direction,
-        };
-        (o.means(), Constitution::Orthotropic(o))
-    } else if let Some((table, [top, bottom])) = made.bilayer.and_then(|table| Some((table, made.layers(&table)?))) {
-        let b = Bilayer { top_thickness: table.top_thickness, youngs_moduli: [top[0], bottom[0]], poissons_ratios: [top[1], bottom[1]] };
-        (b.means(made.thickness), Constitution::Bilayer(b))
-    } else {
-        let constitution = match (made.material, made.lame) {
-            (scene::Material::StVenantKirchhoff, Some(Lame::ThreeD)) => Constitution::ThreeDimensional,
-            (scene::Material::StVenantKirchhoff, _) => Constitution::PlaneStress,
-            (scene::Material::NeoHookean, _) => Constitution::NeoHookean,
-            (scene::Material::TensionField, _) => Constitution::TensionField { compression: made.compression.unwrap_or(COMPRESSION) },
-        };
-        (isotropic, constitution)
-    };
-    (Material { thickness: made.thickness, youngs_modulus: means[0], poissons_ratio: means[1] }, constitution)
+impl Compositions {
+    /// Reads `[shell]` and its regions.
+    ///
+    /// # Errors
+    /// Regions that do not exist or have no faces; regions that overlap so that what holds on a face does not go together; an orthotropic
+    /// material without a machine direction.
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self> {
+        let shell = &scene.shell;
+        let mut made = vec![Composition::of(shell)];
+        // For errors: the last table that said something about a composition, and its region.
+        let mut places = vec![("shell".to_owned(), String::new())];
+        let mut of_face = vec![0; mesh.faces.len()];
+        let mut densities = shell.density.map_or(Vec::new(), |rho| vec![rho; mesh.faces.len()]);
+        for (i, table) in shell.regions.iter().enumerate() {
+            let key = format!("shell.region.{i}");
+            let place = format!("{key}.region");
+            let faces = &region(mesh, &place, &table.region)?.faces;
+            if faces.is_empty() {
+                return Err(Error::input(place, format!("region '{}' has no faces", table.region)));
+            }
+            let mut changed = vec![None; made.len()];
+            for &f in faces {
+                let before = of_face[f];
+                of_face[f] = match changed[before] {
+                    Some(after) => after,
+                    None => {
+                        made.push(made[before].within(table));
+                        places.push((key.clone(), format!(" (region '{}')", table.region)));
+                        *changed[before].insert(made.len() - 1)
+                    }
+                };
+                if let (Some(rho), Some(to)) = (table.density, densities.get_mut(f)) {
+                    *to = rho;
+                }
+            }
+        }
+        let mut used = vec![false; made.len()];
+        of_face.iter().for_each(|n| used[*n] = true);
+        for ((composition, (key, place)), _) in made.iter().zip(&places).zip(&used).filter(|(_, used)| **used) {
+            composition.check().map_err(|(name, message)| Error::input(format!("{key}.{name}"), format!("{message}{place}")))?;
+            if composition.orthotropic.is_some() && scene.machine_direction.is_none() {
+                let message = format!("needs the table [machine-direction]{place}");
+                return Err(Error::input(format!("{key}.orthotropic"), message));
+            }
+            if composition.lame == Some(Lame::ThreeD) {
+                log::warn!("{key}.lame = \"three-d\"{place} is too stiff for a shell; it is there to replicate what others computed");
+            }
+        }
+        Ok(Compositions { made, of_face, densities })
+    }
+
+    /// Thickness and (mean) moduli of each face.
+    pub fn materials(&self) -> Vec<Material> {
+        self.of_face.iter().map(|n| material(&self.made[*n])).collect()
+    }
+
+    /// Law of each face; empty where all have the default. `machine_direction`: of each face, which orthotropic faces need.
+    pub fn constitutions(&self, machine_direction: Option<&[[f64; 2]]>) -> Vec<Constitution> {
+        let law = |(f, n): (usize, &usize)| constitution(&self.made[*n], machine_direction.map(|d| d[f]));
+        let laws: Vec<Constitution> = self.of_face.iter().enumerate().map(law).collect();
+        if laws.iter().all(|law| *law == Constitution::default()) { Vec::new() } else { laws }
+    }
+}
+
+/// The two layers of a composition that has some.
+fn bilayer(made: &Composition) -> Option<Bilayer> {
+    let table = made.bilayer?;
+    let [top, bottom] = made.layers(&table)?;
+    Some(Bilayer { top_thickness: table.top_thickness, youngs_moduli: [top[0], bottom[0]], poissons_ratios: [top[1], bottom[1]] })
+}
+
+/// The orthotropic law of a composition that has it.
+fn orthotropic(made: &Composition, direction: [f64; 2]) -> Option<Orthotropic> {
+    let scene::OrthotropicModuli { youngs_moduli, poissons_ratio, shear_modulus } = made.orthotropic?;
+    Some(Orthotropic { youngs_moduli, poissons_ratio, shear_modulus, direction })
+}
+
+/// Thickness and moduli, or their means.
+fn material(made: &Composition) -> Material {
+    let isotropic = || [made.youngs_modulus.unwrap_or_default(), made.poissons_ratio.unwrap_or_default()];
+    // The means of an orthotropic material do not depend on its direction.
+    let means = orthotropic(made, [1.0, 0.0]).map(|o| o.means()).or(bilayer(made).map(|b| b.means(made.thickness)));
+    let [youngs_modulus, poissons_ratio] = means.unwrap_or_else(isotropic);
+    Material { thickness: made.thickness, youngs_modulus, poissons_ratio }
+}
+
+/// The law of a composition that holds together. `direction`: the face's machine direction.
+fn constitution(made: &Composition, direction: Option<[f64; 2]>) -> Constitution {
+    if let Some(o) = direction.and_then(|direction| orthotropic(made, direction)) {
+        return Constitution::Orthotropic(o);
+    }
+    if let Some(b) = bilayer(made) {
+        return Constitution::Bilayer(b);
+    }
+    match (made.material, made.lame) {
+        (scene::Material::Stvk, Some(Lame::ThreeD)) => Constitution::ThreeDimensional,
+        (scene::Material::Stvk, _) => Constitution::PlaneStress,
+        (scene::Material::NeoHookean, _) => Constitution::NeoHookean,
+        (scene::Material::TensionField, _) => Constitution::TensionField { compression: made.compression.unwrap_or(COMPRESSION) },
+    }
 }
 
 /// Numbers in a row: the kind of the law, then its parameters, then zeros.

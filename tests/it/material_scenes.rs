@@ -5,9 +5,9 @@ use crate::pipeline_support::{STATIC, Sandbox, text, with};
 use thinshell::shell::Constitution;
 use thinshell::stage;
 
-/// What gives a scene of the tests a machine direction, without any growth.
+/// A machine direction at an angle from the x axis.
 fn fibres(degrees: f64) -> String {
-    format!("[rest.linear]\nm_plus = 0\nm_minus = 0\nmu = 0\nmu_perp = 0\nmachine_direction = {{ angle = {degrees:?} }}\n")
+    format!("[machine-direction]\nangle = {degrees:?}\n")
 }
 
 /// A cantilever of width 1 under a small force at its end: its rigidity times 12 over the cube of the thickness [Pa], by the end's deflection.
@@ -217,18 +217,18 @@ const WRONG: &[(&str, &str)] = &[
     ("thickness = 0.1\nE\nlame = \"2d\"", "shell.lame = \"2d\": `2d` is not a choice here"),
     (
         "thickness = 0.1\nE\nmaterial = \"neo-hookean\"\nlame = \"three-d\"",
-        "shell.lame = \"three-d\": exists for `st-venant-kirchhoff` only, not for `neo-hookean`",
+        "shell.lame = \"three-d\": exists for `stvk` only, not for `neo-hookean`",
     ),
     ("thickness = 0.1\nE\ncompression = 0.1", "shell.compression = 0.1: exists for `tension-field` only"),
     ("thickness = 0.1\nE\nmaterial = \"tension-field\"\ncompression = 0", "shell.compression = 0: must be > 0 and <= 1"),
     ("thickness = 0.1\nE\nmaterial = \"tension-field\"\ncompression = 1.1", "shell.compression = 1.1: must be > 0 and <= 1"),
-    ("thickness = 0.1\nWOOD\nmaterial = \"neo-hookean\"", "exists for `st-venant-kirchhoff` only, not for `neo-hookean`"),
+    ("thickness = 0.1\nWOOD\nmaterial = \"neo-hookean\"", "exists for `stvk` only, not for `neo-hookean`"),
     ("thickness = 0.1\nWOOD\nlame = \"three-d\"", "shell.lame = \"three-d\": has no meaning with `orthotropic` or `bilayer`"),
     (
         "thickness = 0.1\nE\nWOOD\nbilayer = { top_thickness = 0.05 }",
         "shell.bilayer = { top_thickness = 0.05 }: cannot be combined with `orthotropic`",
     ),
-    ("thickness = 0.1\nWOOD", "shell.orthotropic: needs a machine direction, and the scene has none"),
+    ("thickness = 0.1\nWOOD", "shell.orthotropic: needs the table [machine-direction]"),
     (
         "thickness = 0.1\northotropic = { youngs_moduli = [1e6, 4e6], poissons_ratio = 0.5, shear_modulus = 1e6 }",
         "|nu12| < sqrt(E1 / E2) = 0.5 is violated (E1 = 1e6 Pa, E2 = 4e6 Pa)",
@@ -261,7 +261,7 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "thickness = 0.1\nE\nmaterial = \"neo-hookean\"\n[[shell.region]]\nregion = \"far\"\nlame = \"three-d\"",
-        "shell.region.0.lame = \"three-d\": exists for `st-venant-kirchhoff` only, not for `neo-hookean` (region 'far')",
+        "shell.region.0.lame = \"three-d\": exists for `stvk` only, not for `neo-hookean` (region 'far')",
     ),
     (
         "thickness = 0.1\nE\nbilayer = { top_thickness = 0.05 }\n[[shell.region]]\nregion = \"far\"\nthickness = 0.02",
