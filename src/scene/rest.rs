@@ -15,6 +15,16 @@ pub enum Sampling {
     Centroid,
 }
 
+impl Sampling {
+    /// Name in scenes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Sampling::Edges => "edges",
+            Sampling::Centroid => "centroid",
+        }
+    }
+}
+
 /// Rest shape: at most one law (`[rest.pullback]`, `[rest.linear]`); without one, the forms of the initial mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
