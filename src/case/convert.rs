@@ -4,14 +4,14 @@
 
 use super::{Archive, Array, Kind};
 use crate::error::Result;
-use crate::mesh::{Mesh, Region, Topology};
+use crate::mesh::{FieldOn, Mesh, MeshField, Region, Topology};
 use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The mesh as contents of `mesh.h5`: `vertices`, `faces`, `regions/NAME/{vertices,edges,faces}` and, if faces are curved,
-/// `midpoints`.
+/// The mesh as contents of `mesh.h5`: `vertices`, `faces`, `regions/NAME/{vertices,edges,faces}`, `fields/NAME` (with the attribute
+/// `association`) and, if faces are curved, `midpoints`.
 ///
 /// `quality`: named numbers to store beside it.
 pub fn mesh_to_archive(mesh: &Mesh, quality: BTreeMap<String, f64>, inputs: &str) -> Archive {
@@ -35,6 +35,10 @@ pub fn put_mesh(archive: &mut Archive, mesh: &Mesh) {
         put("vertices", Array::indices(region.vertices.iter().copied(), 1));
         put("edges", Array::indices(region.edges.iter().flatten().copied(), 2));
         put("faces", Array::indices(region.faces.iter().copied(), 1));
+    }
+    for (name, field) in &mesh.fields {
+        let array = Array::rows(field.data.clone(), field.components).with("association", field_place(field.on));
+        archive.arrays.insert(format!("fields/{}", escape(name)), array);
     }
 }
 
@@ -64,7 +68,21 @@ fn mesh_in(archive: &Archive) -> Result<Mesh, String> {
         };
         regions.insert(unescape(name), region);
     }
-    Ok(Mesh { vertices, faces, midpoints, regions })
+    let mut fields = BTreeMap::new();
+    for (key, array) in &archive.arrays {
+        let Some(name) = key.strip_prefix("fields/") else { continue };
+        let place = array.attributes.get("association").map_or("", String::as_str);
+        let on = [FieldOn::Nodes, FieldOn::Faces].into_iter().find(|on| field_place(*on) == place);
+        let on = on.ok_or_else(|| format!("array `{key}` belongs to nothing known"))?;
+        let entries = if on == FieldOn::Nodes { vertices.len() + midpoints.len() } else { faces.len() };
+        let &[rows, components] = &array.shape[..] else { return Err(format!("array `{key}` is not of rank 2")) };
+        if rows != entries {
+            return Err(format!("array `{key}` has {rows} rows for {entries} entries"));
+        }
+        let data = real(archive, key, components)?.to_vec();
+        fields.insert(unescape(name), MeshField { on, components, data });
+    }
+    Ok(Mesh { vertices, faces, midpoints, regions, fields })
 }
 
 /// The snapshot as contents of a checkpoint: `fields/NAME` in the order of the attribute `fields`, and `numbers`.
@@ -145,6 +163,10 @@ fn whole<const N: usize>(archive: &Archive, name: &str, bound: usize) -> Result<
 
 fn index_row<const N: usize>(row: [Option<usize>; N]) -> Option<[usize; N]> {
     row.iter().all(Option::is_some).then(|| row.map(Option::unwrap_or_default))
+}
+
+fn field_place(on: FieldOn) -> &'static str {
+    association_name(if on == FieldOn::Nodes { Association::Node } else { Association::Face })
 }
 
 fn association_name(association: Association) -> &'static str {

@@ -50,7 +50,7 @@ pub enum Surface {
     Smooth,
 }
 
-/// Fills [`Mesh::midpoints`], replacing any there are. The mesh must be valid otherwise ([`super::validate::check`]).
+/// Fills [`Mesh::midpoints`], replacing any there are; fields of the nodes get the mean of the two ends there. The mesh must be valid otherwise ([`super::validate::check`]).
 ///
 /// Where a direction is not defined, because the ends lie opposite each other or on the axis, the edge stays straight.
 pub fn place(mesh: &mut Mesh, surface: Surface) {
@@ -80,7 +80,10 @@ pub fn place(mesh: &mut Mesh, surface: Surface) {
             }
         }
     };
-    mesh.midpoints = (0..topology.edges.len()).map(middle).collect();
+    let midpoints = (0..topology.edges.len()).map(middle).collect();
+    mesh.drop_midpoints();
+    mesh.node_fields().for_each(|field| topology.edges.iter().for_each(|ends| field.push_mean(*ends)));
+    mesh.midpoints = midpoints;
 }
 
 /// The point at `radius` [m] from the z axis, at the mean angle (the short way round) and height of two points.

@@ -1,8 +1,9 @@
-//! Triangle meshes, straight or curved: vertices, faces, midpoints of edges, named regions and the edges between them.
+//! Triangle meshes, straight or curved: vertices, faces, midpoints of edges, named regions, fields and the edges between them.
 //!
 //! A [`Mesh`] is plain data that a generator ([`generate`]) or a reader ([`import`]) fills, [`validate`] accepts and `mesh.h5`
 //! stores. [`Topology`] and [`Quality`] are derived from it. This module knows nothing of scenes, materials or unknowns.
 
+mod field;
 pub mod generate;
 pub mod import;
 pub mod midpoints;
@@ -14,6 +15,7 @@ pub mod validate;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
+pub use field::{FieldOn, FieldSampler, MeshField};
 pub use quality::Quality;
 pub use region::Region;
 pub(crate) use topology::Stars;
@@ -31,6 +33,8 @@ pub struct Mesh {
     pub midpoints: Vec<Vector3<f64>>,
     /// Named parts of the mesh.
     pub regions: BTreeMap<String, Region>,
+    /// Numbers that a file brings for each node or face.
+    pub fields: BTreeMap<String, MeshField>,
 }
 
 impl Mesh {
@@ -47,7 +51,7 @@ impl Mesh {
         self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[2]), node(e[0]), node(e[1])]).collect()
     }
 
-    /// Drops the vertices that are not to be kept, also from regions. Every vertex of a face must be kept.
+    /// Drops the vertices that are not to be kept, also from regions and fields. Every vertex of a face must be kept.
     fn keep_vertices(&mut self, keep: impl Fn(usize) -> bool) {
         let mut count = 0;
         let renumbered: Vec<Option<usize>> = (0..self.vertices.len())
@@ -57,6 +61,12 @@ impl Mesh {
             })
             .collect();
         let number = |v: usize| renumbered.get(v).copied().flatten();
+        for field in self.node_fields() {
+            // Entries beyond those of the vertices are of midpoints, which stay.
+            let entries = std::mem::take(&mut field.data);
+            let kept = entries.chunks_exact(field.components).enumerate().filter(|(k, _)| renumbered.get(*k).is_none_or(Option::is_some));
+            field.data = kept.flat_map(|(_, entry)| entry).copied().collect();
+        }
         let mut at = 0;
         self.vertices.retain(|_| {
             at += 1;

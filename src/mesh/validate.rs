@@ -3,7 +3,7 @@
 //! Files can hold anything, so [`check`] refuses what has no meaning and names the faces; what can be mended without a guess
 //! it mends and says so. It does not judge quality: slivers are the user's own choice ([`super::Quality`] shows them).
 
-use super::{Mesh, Stars, Topology};
+use super::{FieldOn, Mesh, Stars, Topology};
 use crate::error::{Error, Result};
 use nalgebra::Vector3;
 
@@ -35,7 +35,7 @@ const SAMPLES: [[f64; 2]; 9] = [
 /// `place`: file or key that the mesh comes from, for messages. Errors: no faces; vertex indices out of range; coordinates
 /// that are not finite, too large or too small; faces with a repeated vertex or without area; two faces on the same vertices;
 /// edges of more than two faces; neighbours of opposite orientation; midpoints that are not one per edge, not
-/// finite or far off their edges; curved faces that fold. Warnings: vertices that no face uses, edges of regions
+/// finite or far off their edges; curved faces that fold; fields of the wrong length or not finite on a face. Warnings: vertices that no face uses, edges of regions
 /// that are no edges of faces (both are dropped), parts that touch in one vertex only.
 pub fn check(mesh: &mut Mesh, place: &str) -> Result<Vec<String>> {
     if mesh.faces.is_empty() {
@@ -73,6 +73,7 @@ pub fn check(mesh: &mut Mesh, place: &str) -> Result<Vec<String>> {
         return Err(Error::input_with_help(place, message, "give one midpoint to each edge, or none"));
     }
     check_midpoints(mesh, &refuse)?;
+    check_fields(mesh, place, &refuse)?;
 
     let mut warnings = Vec::new();
     warnings.extend(drop_foreign_edges(mesh, &uses, place));
@@ -98,6 +99,37 @@ fn check_midpoints(mesh: &Mesh, refuse: &Refuse) -> Result<()> {
     let off = format!("midpoints lie farther than {FARTHEST} edge lengths from the middle of their edges");
     refuse(far, &off, "check the order of the nodes, or refine the mesh there")?;
     refuse(select(&is_folded), "curved faces fold over", "move midpoints nearer to the middle of their edges, or refine the mesh there")
+}
+
+/// Refuses fields that lack entries or have some on faces, or on their nodes, that are no numbers.
+fn check_fields(mesh: &Mesh, place: &str, refuse: &Refuse) -> Result<()> {
+    if mesh.fields.is_empty() {
+        return Ok(());
+    }
+    let nodes: Vec<Vec<usize>> = if mesh.midpoints.is_empty() {
+        mesh.faces.iter().map(|face| face.to_vec()).collect()
+    } else {
+        mesh.six_node_faces().iter().map(|face| face.to_vec()).collect()
+    };
+    for (name, field) in &mesh.fields {
+        let (entries, what) = match field.on {
+            FieldOn::Nodes => (mesh.vertices.len() + mesh.midpoints.len(), "nodes"),
+            FieldOn::Faces => (mesh.faces.len(), "faces"),
+        };
+        let components = field.components;
+        if components == 0 || field.data.len() != entries * components {
+            let message = format!("field `{name}` has {} numbers for {entries} {what} of {components} components", field.data.len());
+            return Err(Error::input(place, message));
+        }
+        let finite: Vec<bool> = field.data.chunks_exact(components).map(|entry| entry.iter().all(|x| x.is_finite())).collect();
+        let wild = (0..mesh.faces.len()).filter(|&f| match field.on {
+            FieldOn::Nodes => nodes[f].iter().any(|&node| !finite[node]),
+            FieldOn::Faces => !finite[f],
+        });
+        let help = format!("give it a number on each of the {what} that faces need, or leave it out of the file");
+        refuse(wild.collect(), &format!("field `{name}` is not finite on {what} of"), &help)?;
+    }
+    Ok(())
 }
 
 /// `face 3 (vertices 1 2 5), face 7 (...) and 12 more`.

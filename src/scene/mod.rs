@@ -5,11 +5,13 @@
 
 mod ladder;
 mod load;
+mod machine_direction;
 mod measure;
 mod mesh;
 mod read;
 mod report;
 mod rest;
+mod scalar;
 mod shell;
 mod solve;
 mod source;
@@ -24,13 +26,15 @@ use serde::{Deserialize, Serialize};
 
 pub use ladder::{Ladder, LadderExpectation, LadderMesh};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
+pub use machine_direction::{MachineDirection, Transport};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
     Annulus, Cylinder, Disc, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Report};
-pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
+pub use rest::{Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Pullback, Rest, Sampling, Shape, Surface};
+pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Solver, Statics};
 pub use suspicion::suspicions;
@@ -42,6 +46,8 @@ pub const TIME: &[&str] = &["t"];
 pub const PLACE: &[&str] = &["x", "y", "z", "r", "theta"];
 /// Variables of an expression of place and time.
 pub const PLACE_AND_TIME: &[&str] = &["x", "y", "z", "r", "theta", "t"];
+/// Variables of an expression of the place in the xy plane.
+pub const PLANE: &[&str] = &["x", "y", "r", "theta"];
 /// Variables of an expression of the place in the xy plane and of time.
 pub const PLANE_AND_TIME: &[&str] = &["x", "y", "r", "theta", "t"];
 /// Variables of a scale of energy: the shell's own thickness h [m], Young's modulus E [Pa] (not Euler's number) and Poisson's ratio nu.
@@ -119,6 +125,9 @@ pub struct Scene {
     pub regions: Vec<RegionTable>,
     /// The shell: thickness, material, element.
     pub shell: Shell,
+    /// Where the fibres run. Absent: the material has none.
+    #[serde(default, rename = "machine-direction", skip_serializing_if = "Option::is_none")]
+    pub machine_direction: Option<MachineDirection>,
     /// The rest shape. Absent: the initial shape is the rest shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<Rest>,

@@ -1,11 +1,12 @@
 //! `export`: writes checkpoints as VTK files (`vtk/*.vtp`, curved faces `*.vtu`, with a `.pvd`) for ParaView and pyvista.
 
-use super::fields::Fields;
+use super::fields::{Fields, State};
 use super::{Job, mesh as mesh_stage, run as run_stage, setup};
 use crate::case::{Folder, vtk};
 use crate::error::{Error, Result};
-use crate::mesh::Topology;
-use std::collections::BTreeMap;
+use crate::mesh::{FieldOn, Mesh, Topology};
+use crate::snapshot::{Association, Field};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 /// The stage.
@@ -41,10 +42,11 @@ pub fn run(job: &Job) -> Result<()> {
             }
             Err(e) => return Err(e),
         };
-        let state = fields.of(&snapshot)?;
+        let mut state = fields.of(&snapshot)?;
         for field in state.point_data.iter().chain(&state.cell_data) {
             units.insert(field.name.clone(), field.unit.clone());
         }
+        add_mesh_fields(&mesh, &mut state);
         if job.scene.output.directors {
             let (points, directors) = fields.directors(&state, &snapshot);
             let name = format!("directors_{step:08}.vtp");
@@ -69,6 +71,22 @@ pub fn run(job: &Job) -> Result<()> {
     vtk::write_series(&series, &files)?;
     job.say(&format!("{}: {} states", series.display(), files.len()));
     Ok(())
+}
+
+/// Adds the fields of the mesh as they are, which have no unit that is known; the name of a computed field is taken, so `_initial` follows.
+fn add_mesh_fields(mesh: &Mesh, state: &mut State) {
+    let mut taken: BTreeSet<String> = state.point_data.iter().chain(&state.cell_data).map(|f| f.name.clone()).collect();
+    for (name, field) in &mesh.fields {
+        let mut name = name.clone();
+        while !taken.insert(name.clone()) {
+            name.push_str("_initial");
+        }
+        let (list, association) = match field.on {
+            FieldOn::Nodes => (&mut state.point_data, Association::Node),
+            FieldOn::Faces => (&mut state.cell_data, Association::Face),
+        };
+        list.push(Field { name, association, components: field.components, unit: String::new(), data: field.data.clone() });
+    }
 }
 
 /// Path of the series.

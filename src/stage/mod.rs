@@ -8,6 +8,7 @@ mod fields;
 mod loads;
 pub mod mesh;
 pub mod report;
+mod rest;
 pub mod run;
 pub mod setup;
 pub mod status;
@@ -75,7 +76,12 @@ impl Job {
             return Ok(());
         }
         let mut scene = self.scene.clone();
-        if let MeshTable::File(table) = &mut scene.mesh {
+        let shape = match scene.rest.as_mut().and_then(|rest| rest.shape.as_mut()) {
+            Some(scene::Shape::File(table)) => Some(table),
+            _ => None,
+        };
+        let mesh = if let MeshTable::File(table) = &mut scene.mesh { Some(table) } else { None };
+        for table in mesh.into_iter().chain(shape) {
             let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&table.path);
             table.path = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
         }

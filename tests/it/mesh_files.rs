@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 use thinshell::mesh::generate::{Pattern, rectangle};
-use thinshell::mesh::{Mesh, Topology};
-use vtkio::model::{Attributes, ByteOrder, CellType, Cells, DataSet, PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk};
+use thinshell::mesh::{FieldOn, Mesh, MeshField, Topology};
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, PolyDataPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk,
+};
 
 /// A small curved mesh whose coordinates single precision holds exactly, without regions.
 pub fn sample() -> Mesh {
@@ -11,6 +13,63 @@ pub fn sample() -> Mesh {
     mesh.vertices.iter_mut().for_each(|p| p.z = p.x * p.y);
     mesh.regions.clear();
     mesh
+}
+
+/// The sample with scalars, a vector, a symmetric tensor and a tensor on its nodes, and scalars and a pair on its faces. A name has a blank.
+pub fn sample_with_fields() -> Mesh {
+    with_fields(sample())
+}
+
+/// Fields whose every number is another one.
+pub fn with_fields(mut mesh: Mesh) -> Mesh {
+    let (nodes, faces) = (mesh.nodes().len(), mesh.faces.len());
+    for (k, (name, on, components)) in [
+        ("heat", FieldOn::Nodes, 1),
+        ("wind", FieldOn::Nodes, 3),
+        ("strain of it", FieldOn::Nodes, 6),
+        ("gradient", FieldOn::Nodes, 9),
+        ("colour", FieldOn::Faces, 1),
+        ("grain", FieldOn::Faces, 2),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let entries = if on == FieldOn::Nodes { nodes } else { faces };
+        let data = (0..entries * components).map(|i| 0.25 * i as f64 - 1000.0 * k as f64).collect();
+        mesh.fields.insert(name.to_owned(), MeshField { on, components, data });
+    }
+    mesh
+}
+
+/// The fields on nodes or faces, node entries with midpoints first.
+fn fields(mesh: &Mesh, on: FieldOn) -> Vec<(String, usize, Vec<f64>)> {
+    let first = mesh.vertices.len();
+    let mut list = Vec::new();
+    for (name, field) in mesh.fields.iter().filter(|(_, field)| field.on == on) {
+        let mut data = field.data.clone();
+        if on == FieldOn::Nodes {
+            data.rotate_left(first * field.components);
+        }
+        list.push((name.clone(), field.components, data));
+    }
+    list
+}
+
+/// As arrays of VTK, with the names as legacy files have them or not.
+fn attributes(mesh: &Mesh, legacy: bool) -> Attributes {
+    let list = |on| {
+        let attribute = |(name, n, data): (String, usize, Vec<f64>)| {
+            let name = if legacy { name.replace(' ', "%20") } else { name };
+            match n {
+                3 => Attribute::vectors(name).with_data(data),
+                9 => Attribute::tensors(name).with_data(data),
+                6 => Attribute::generic(name, 6).with_data(data),
+                n => Attribute::scalars(name, n as u32).with_data(data),
+            }
+        };
+        fields(mesh, on).into_iter().map(attribute).collect()
+    };
+    Attributes { point: list(FieldOn::Nodes), cell: list(FieldOn::Faces) }
 }
 
 /// Every kind of file: extension and bytes.
@@ -24,8 +83,8 @@ pub fn all(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
         ("stl", stl_binary(mesh)),
         ("vtk", vtk_legacy(mesh, true)),
         ("vtk", vtk_legacy(mesh, false)),
-        ("vtu", vtk_xml(grid(mesh))),
-        ("vtp", vtk_xml(poly_data(mesh))),
+        ("vtu", vtk_xml(grid(mesh, false))),
+        ("vtp", vtk_xml(poly_data(mesh, false))),
         ("msh", Gmsh { version: 2, binary: false }.write(mesh)),
         ("msh", Gmsh { version: 2, binary: true }.write(mesh)),
         ("msh", Gmsh { version: 4, binary: false }.write(mesh)),
@@ -37,7 +96,7 @@ pub fn all(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
 /// points for vertices fails.
 pub fn all_quadratic(mesh: &Mesh) -> Vec<(&'static str, Vec<u8>)> {
     let gmsh = |version, binary| ("msh", Gmsh { version, binary }.write(mesh));
-    let legacy = |text| ("vtk", vtk_legacy_of(quadratic_grid(mesh), text));
+    let legacy = |text| ("vtk", vtk_legacy_of(curved_grid(mesh, true), text));
     vec![legacy(true), legacy(false), ("vtu", vtk_xml(quadratic_grid(mesh))), gmsh(2, false), gmsh(2, true), gmsh(4, false), gmsh(4, true)]
 }
 
@@ -50,13 +109,17 @@ fn midpoints_first(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[usize; 6]>) {
 }
 
 pub fn quadratic_grid(mesh: &Mesh) -> DataSet {
+    curved_grid(mesh, false)
+}
+
+fn curved_grid(mesh: &Mesh, legacy: bool) -> DataSet {
     let (nodes, faces) = midpoints_first(mesh);
     let cell_verts = VertexNumbers::XML {
         connectivity: faces.iter().flatten().map(|&v| v as u64).collect(),
         offsets: (1..=faces.len() as u64).map(|k| 6 * k).collect(),
     };
     let cells = Cells { cell_verts, types: vec![CellType::QuadraticTriangle; faces.len()] };
-    DataSet::inline(UnstructuredGridPiece { points: nodes.into_flattened().into(), cells, data: Attributes::new() })
+    DataSet::inline(UnstructuredGridPiece { points: nodes.into_flattened().into(), cells, data: attributes(mesh, legacy) })
 }
 
 pub fn obj(mesh: &Mesh) -> Vec<u8> {
@@ -76,11 +139,16 @@ pub fn obj(mesh: &Mesh) -> Vec<u8> {
 }
 
 pub fn ply(mesh: &Mesh, format: &str) -> Vec<u8> {
+    let scalars = |on| fields(mesh, on).into_iter().filter(|(_, n, _)| *n == 1).collect::<Vec<_>>();
+    let (on_vertices, on_faces) = (scalars(FieldOn::Nodes), scalars(FieldOn::Faces));
+    let header = |list: &[(String, usize, Vec<f64>)]| list.iter().map(|(name, ..)| format!("property double {name}\n")).collect::<String>();
     let mut file = format!(
         "ply\nformat {format} 1.0\ncomment test\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         property uchar red\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+         property uchar red\n{}element face {}\nproperty list uchar int vertex_indices\n{}end_header\n",
         mesh.vertices.len(),
-        mesh.faces.len()
+        header(&on_vertices),
+        mesh.faces.len(),
+        header(&on_faces)
     )
     .into_bytes();
     let big = format.ends_with("big_endian");
@@ -92,18 +160,26 @@ pub fn ply(mesh: &Mesh, format: &str) -> Vec<u8> {
     };
     if format == "ascii" {
         let mut text = String::new();
-        mesh.vertices.iter().for_each(|p| writeln!(text, "{} {} {} 7", p.x, p.y, p.z).unwrap());
-        mesh.faces.iter().for_each(|f| writeln!(text, "3 {} {} {}", f[0], f[1], f[2]).unwrap());
+        let further =
+            |list: &[(String, usize, Vec<f64>)], k: usize| list.iter().map(|(.., data)| format!(" {}", data[k])).collect::<String>();
+        for (k, p) in mesh.vertices.iter().enumerate() {
+            writeln!(text, "{} {} {} 7{}", p.x, p.y, p.z, further(&on_vertices, k)).unwrap();
+        }
+        for (k, f) in mesh.faces.iter().enumerate() {
+            writeln!(text, "3 {} {} {}{}", f[0], f[1], f[2], further(&on_faces, k)).unwrap();
+        }
         file.extend(text.into_bytes());
         return file;
     }
-    for p in &mesh.vertices {
+    for (k, p) in mesh.vertices.iter().enumerate() {
         p.iter().for_each(|x| put(x.to_le_bytes().to_vec()));
         put(vec![7]);
+        on_vertices.iter().for_each(|(.., data)| put(data[k].to_le_bytes().to_vec()));
     }
-    for face in &mesh.faces {
+    for (k, face) in mesh.faces.iter().enumerate() {
         put(vec![3]);
         face.iter().for_each(|&v| put((v as i32).to_le_bytes().to_vec()));
+        on_faces.iter().for_each(|(.., data)| put(data[k].to_le_bytes().to_vec()));
     }
     file
 }
@@ -142,13 +218,14 @@ fn numbers(mesh: &Mesh) -> VertexNumbers {
     }
 }
 
-fn grid(mesh: &Mesh) -> DataSet {
+fn grid(mesh: &Mesh, legacy: bool) -> DataSet {
     let cells = Cells { cell_verts: numbers(mesh), types: vec![CellType::Triangle; mesh.faces.len()] };
-    DataSet::inline(UnstructuredGridPiece { points: points(mesh), cells, data: Attributes::new() })
+    DataSet::inline(UnstructuredGridPiece { points: points(mesh), cells, data: attributes(mesh, legacy) })
 }
 
-fn poly_data(mesh: &Mesh) -> DataSet {
-    DataSet::inline(PolyDataPiece { points: points(mesh), polys: Some(numbers(mesh)), ..PolyDataPiece::default() })
+fn poly_data(mesh: &Mesh, legacy: bool) -> DataSet {
+    let data = attributes(mesh, legacy);
+    DataSet::inline(PolyDataPiece { points: points(mesh), polys: Some(numbers(mesh)), data, ..PolyDataPiece::default() })
 }
 
 fn document(data: DataSet, version: (u8, u8)) -> Vtk {
@@ -162,7 +239,7 @@ fn vtk_xml(data: DataSet) -> Vec<u8> {
 }
 
 pub fn vtk_legacy(mesh: &Mesh, text: bool) -> Vec<u8> {
-    vtk_legacy_of(if text { poly_data(mesh) } else { grid(mesh) }, text)
+    vtk_legacy_of(if text { poly_data(mesh, true) } else { grid(mesh, true) }, text)
 }
 
 fn vtk_legacy_of(data: DataSet, text: bool) -> Vec<u8> {
@@ -233,6 +310,7 @@ impl Gmsh {
                 file.newline();
             }
             file.text("\n$EndElements\n");
+            file.views(mesh);
             return file.data;
         }
         file.text("$Entities\n");
@@ -276,6 +354,7 @@ impl Gmsh {
             }
         }
         file.text("\n$EndElements\n");
+        file.views(mesh);
         file.data
     }
 }
@@ -288,6 +367,20 @@ struct Bytes {
 impl Bytes {
     fn text(&mut self, text: &str) {
         self.data.extend(text.as_bytes());
+    }
+    /// Fields as views. Faces are the elements from tag 4 on.
+    fn views(&mut self, mesh: &Mesh) {
+        for (section, on, first) in [("NodeData", FieldOn::Nodes, 10), ("ElementData", FieldOn::Faces, 4)] {
+            for (name, n, data) in fields(mesh, on) {
+                self.text(&format!("${section}\n1\n\"{name}\"\n1\n0.5\n3\n0\n{n}\n{}\n", data.len() / n));
+                for (k, entry) in data.chunks_exact(n).enumerate() {
+                    self.int(first + k as i64);
+                    entry.iter().for_each(|&x| self.real(x));
+                    self.newline();
+                }
+                self.text(&format!("\n$End{section}\n"));
+            }
+        }
     }
     fn newline(&mut self) {
         if !self.binary {

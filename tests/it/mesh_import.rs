@@ -1,6 +1,6 @@
 //! Mesh files: what is read equals what was written, and what cannot be read is refused with its place.
 
-use crate::mesh_files::{self, Gmsh, sample};
+use crate::mesh_files::{self, Gmsh, sample, sample_with_fields};
 use proptest::prelude::*;
 use std::io::Write;
 use thinshell::Result;
@@ -255,7 +255,7 @@ fn binary_counts_beyond_the_file_are_refused() {
 /// Every prefix of the valid files: an error, or a mesh where only trailing blanks or data are cut.
 #[test]
 fn truncated_files_never_panic() {
-    for (extension, bytes) in mesh_files::all(&sample()) {
+    for (extension, bytes) in mesh_files::all(&sample_with_fields()) {
         let step = bytes.len() / 60 + 1;
         for end in (0..bytes.len()).step_by(step) {
             if let Ok((mut mesh, _)) = read(extension, &bytes[..end], 1.0) {
@@ -270,7 +270,7 @@ proptest! {
 
     #[test]
     fn damaged_files_never_panic(kind in 0usize..14, edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8), cut in any::<prop::sample::Index>(), cuts in any::<bool>()) {
-        let (extension, mut bytes) = mesh_files::all(&sample()).swap_remove(kind);
+        let (extension, mut bytes) = mesh_files::all(&sample_with_fields()).swap_remove(kind);
         for (at, byte) in edits {
             let at = at.index(bytes.len());
             bytes[at] = byte;

@@ -1,11 +1,11 @@
-//! Gmsh `.msh`, versions 2.2 and 4.1, text and binary, with physical groups as regions.
+//! Gmsh `.msh`, versions 2.2 and 4.1, text and binary, with physical groups as regions and views as fields.
 //!
 //! Format: the Gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)". Linear or
 //! quadratic triangles and lines, and points, only. A group of points gives vertices; of lines, edges and their vertices; of triangles, faces with vertices and edges.
 
 use super::input::{Coding, Input};
 use super::{Fault, Soup};
-use crate::mesh::Region;
+use crate::mesh::{FieldOn, Region};
 use std::collections::{BTreeMap, HashMap};
 
 const POINT: i64 = 15;
@@ -27,7 +27,9 @@ pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
             }
             "Nodes" => file.nodes()?,
             "Elements" => file.elements()?,
-            "ParametricNodes" | "Parametrizations" | "PartitionedEntities" => {
+            "NodeData" => file.view(FieldOn::Nodes)?,
+            "ElementData" => file.view(FieldOn::Faces)?,
+            "ElementNodeData" | "ParametricNodes" | "Parametrizations" | "PartitionedEntities" => {
                 file.soup.warnings.push(format!("section {section} is left out"));
             }
             _ => {}
@@ -42,6 +44,7 @@ pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
         return Err(Fault::new("not a Gmsh file: the section MeshFormat is missing"));
     }
     file.regions();
+    file.fields()?;
     Ok(file.soup)
 }
 
@@ -68,7 +71,18 @@ struct File<'a> {
     /// First face on given nodes and the groups it came with: version 2 repeats an element for every further group.
     face: HashMap<[usize; 6], (usize, Vec<Group>)>,
     groups: BTreeMap<Group, Parts>,
+    /// What each element tag stands for: a face, or an element of another kind.
+    element: HashMap<u64, Option<usize>>,
+    views: Vec<View>,
     soup: Soup,
+}
+
+/// Numbers on tagged nodes or elements.
+struct View {
+    name: String,
+    on: FieldOn,
+    components: usize,
+    entries: Vec<(u64, Vec<f64>)>,
 }
 
 #[derive(Default)]
@@ -285,16 +299,91 @@ impl File<'_> {
                 face = Some(*first);
             } else {
                 let [a, b, c, ab, bc, ca] = nodes;
-                self.soup.mesh.faces.push([a, b, c]);
-                self.soup.middles.extend((middles > 0).then_some([ab, bc, ca]));
+                self.soup.triangle([a, b, c], (middles > 0).then_some([ab, bc, ca]));
                 face = Some(next);
             }
         }
+        self.element.insert(tag, face);
         for group in groups {
             let parts = self.groups.entry(*group).or_default();
             parts.vertices.extend_from_slice(&nodes[..corners]);
             parts.edges.extend((corners == 2).then_some([nodes[0], nodes[1]]));
             parts.faces.extend(face);
+        }
+        Ok(())
+    }
+
+    /// A view at one time: texts (its name first), reals, whole numbers (step, components, entries) and its entries.
+    fn view(&mut self, on: FieldOn) -> Result<(), Fault> {
+        let coding = std::mem::replace(&mut self.input.coding, Coding::Text);
+        let mut name = None;
+        for _ in 0..self.input.count("texts")? {
+            self.input.end_line();
+            let text = self.input.quoted()?;
+            name.get_or_insert(text);
+        }
+        for _ in 0..self.input.count("real numbers")? {
+            self.input.real()?;
+        }
+        let mut whole = Vec::new();
+        for _ in 0..self.input.count("whole numbers")? {
+            whole.push(self.input.int()?);
+        }
+        let &[_, components, entries, ..] = &whole[..] else {
+            return Err(self.input.fault("a view needs a step, a number of components and a number of entries"));
+        };
+        self.input.end_line();
+        self.input.coding = coding;
+        let name = name.unwrap_or_default();
+        let components = usize::try_from(components).ok().filter(|n| (1..=9).contains(n));
+        let components =
+            components.ok_or_else(|| self.input.fault(format!("view `{name}` has {} components: expected 1 to 9", whole[1])))?;
+        let mut view = View { name, on, components, entries: Vec::new() };
+        for _ in 0..entries {
+            let tag = self.input.int()? as u64;
+            let values = (0..components).map(|_| self.input.real()).collect::<Result<_, _>>()?;
+            view.entries.push((tag, values));
+        }
+        self.views.push(view);
+        Ok(())
+    }
+
+    /// Gives the views to the mesh; of a view at several times the last one counts.
+    fn fields(&mut self) -> Result<(), Fault> {
+        let mut views: Vec<View> = Vec::new();
+        for view in std::mem::take(&mut self.views) {
+            match views.iter_mut().find(|v| v.name == view.name && v.on == view.on) {
+                Some(earlier) => {
+                    self.soup.warnings.push(format!("view `{}` is there at several times: the last one is read", view.name));
+                    *earlier = view;
+                }
+                None => views.push(view),
+            }
+        }
+        for View { name, on, components, entries } in views {
+            let (count, what) = match on {
+                FieldOn::Nodes => (self.soup.mesh.vertices.len(), "node"),
+                FieldOn::Faces => (self.soup.mesh.faces.len(), "element"),
+            };
+            // What has no entry is not finite, which is refused where a face needs it.
+            let mut data = vec![f64::NAN; count * components];
+            let mut faces_too = on == FieldOn::Nodes;
+            for (tag, values) in entries {
+                let index = match on {
+                    FieldOn::Nodes => self.node.get(&tag).map(|&node| Some(node)),
+                    FieldOn::Faces => self.element.get(&tag).copied(),
+                };
+                let index = index.ok_or_else(|| Fault::new(format!("view `{name}` names {what} {tag}, which does not exist")))?;
+                if let Some(index) = index {
+                    data[index * components..][..components].copy_from_slice(&values);
+                    faces_too = true;
+                }
+            }
+            if faces_too {
+                self.soup.field(&name, on, components, count, data)?;
+            } else {
+                self.soup.warnings.push(format!("view `{name}` has no value on a triangle and is left out"));
+            }
         }
         Ok(())
     }

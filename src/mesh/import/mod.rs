@@ -1,10 +1,12 @@
 //! Mesh files: OBJ, PLY, STL, VTK (legacy, VTU, VTP) and Gmsh.
 //!
 //! [`read`] chooses the reader by the file's extension. Readers keep the order of the file's vertices and faces, turn its
-//! lengths into metres, its named groups into regions and the midside nodes of quadratic triangles into midpoints. A damaged file gives an error that names file and place: no reader
+//! lengths into metres, its named groups into regions, the midside nodes of quadratic triangles into midpoints and its data arrays
+//! into fields. A damaged file gives an error that names file and place: no reader
 //! panics, and none reserves memory for a count that the file is too short to hold. Whether the faces make a shell is the
 //! business of [`super::validate`].
 
+mod field;
 mod gmsh;
 mod input;
 mod obj;
@@ -28,8 +30,8 @@ const SAME_MIDPOINT: f64 = 1e-9;
 /// Reads a mesh file and returns the mesh with warnings about what was left out or split.
 ///
 /// `scale` turns the file's lengths into metres, > 0. Quadratic triangles (Gmsh, VTK) fill [`Mesh::midpoints`]; their midside nodes
-/// are no vertices. Errors: a file that cannot be read, of an unknown kind, damaged, with cells other than triangles and polygons, with
-/// linear and quadratic elements, with midside nodes that do not fit together, or with coordinates that are not finite.
+/// are no vertices. Data arrays of VTK, PLY and Gmsh fill [`Mesh::fields`]. Errors: a file that cannot be read, of an unknown kind, damaged, with cells other than triangles and polygons, with
+/// linear and quadratic elements, with midside nodes that do not fit together, with data arrays that do not fit to its points or cells, or with coordinates that are not finite.
 pub fn read(path: &Path, scale: f64) -> Result<(Mesh, Vec<String>)> {
     let place = path.display().to_string();
     if !(scale > 0.0 && scale.is_finite()) {
@@ -95,6 +97,10 @@ struct Soup {
     middles: Vec<[usize; 3]>,
     /// Whether elements are quadratic, and the number of the first, which said so.
     order: Option<(bool, u64)>,
+    /// Cells of the file so far, those that are no faces included, and the number of the cell that each face was cut from.
+    cells: usize,
+    cell_of_face: Vec<usize>,
+    fields: field::RawFields,
     /// Polygons of more than three corners, cut into triangles.
     split: usize,
     warnings: Vec<String>,
@@ -113,7 +119,17 @@ impl Soup {
         }
         self.split += usize::from(rest.len() > 2);
         self.mesh.faces.extend(rest.windows(2).map(|w| [*first, w[0], w[1]]));
+        self.cell_of_face.resize(self.mesh.faces.len(), self.cells);
+        self.cells += 1;
         Ok(())
+    }
+
+    /// Adds a triangle; a curved one with the nodes halfway along `v0 v1`, `v1 v2`, `v2 v0`.
+    fn triangle(&mut self, corners: [usize; 3], middles: Option<[usize; 3]>) {
+        self.mesh.faces.push(corners);
+        self.middles.extend(middles);
+        self.cell_of_face.push(self.cells);
+        self.cells += 1;
     }
 
     /// Refuses an element (`what` it is called, its number) of another order than those before.
@@ -161,6 +177,9 @@ impl Soup {
                 }
             }
         }
+        for field in mesh.node_fields() {
+            found.iter().flatten().for_each(|&(_, node)| field.push_copy(node));
+        }
         mesh.midpoints = found.iter().flatten().map(|&(_, node)| mesh.vertices[node]).collect();
         mesh.keep_vertices(|v| use_of[v] != Use::Middle);
         Ok(())
@@ -193,6 +212,7 @@ impl Soup {
             return Err(Error::input(place, "the file holds no faces"));
         }
         self.mesh.vertices.iter_mut().for_each(|p| *p *= scale);
+        self.take_fields().map_err(|fault| Error::input(place, fault.message))?;
         self.take_midpoints(place)?;
         if self.split > 0 {
             self.warnings.push(format!("{} polygons of more than three corners are cut into triangles", self.split));

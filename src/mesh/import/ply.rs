@@ -1,8 +1,10 @@
-//! PLY, text and binary: elements `vertex` (x, y, z) and `face` (vertex_indices or vertex_index); others are skipped.
+//! PLY, text and binary: elements `vertex` (x, y, z) and `face` (vertex_indices or vertex_index); others are skipped. Their further
+//! scalar properties are fields; lists are left out.
 
 use super::{Fault, Soup, guarded};
+use crate::mesh::FieldOn;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult, PropertyType};
 
 pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
     guarded(|| {
@@ -35,6 +37,18 @@ pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
                     _ => {}
                 }
             }
+            let on = match name.as_str() {
+                "vertex" => FieldOn::Nodes,
+                "face" => FieldOn::Faces,
+                _ => continue,
+            };
+            let scalars =
+                definition.properties.iter().filter(|(name, p)| axis(name).is_none() && matches!(p.data_type, PropertyType::Scalar(_)));
+            for (k, (name, _)) in scalars.enumerate() {
+                // Cells of more than one face are one element still.
+                let data = elements.iter().filter_map(|element| element.others.get(k).copied()).collect();
+                soup.field(name, on, 1, elements.len(), data)?;
+            }
         }
         Ok(soup)
     })
@@ -53,15 +67,21 @@ struct Element {
     position: [f64; 3],
     /// Vertex indices; `None` if one is negative.
     corners: Option<Vec<usize>>,
+    /// Further scalars in the order of the header.
+    others: Vec<f64>,
+}
+
+fn axis(name: &str) -> Option<usize> {
+    ["x", "y", "z"].iter().position(|&axis| axis == name)
 }
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Element { position: [0.0; 3], corners: Some(Vec::new()) }
+        Element { position: [0.0; 3], corners: Some(Vec::new()), others: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if let Some(axis) = ["x", "y", "z"].iter().position(|&axis| axis == name) {
+        if let Some(axis) = axis(name) {
             let Some(value) = scalar(&property) else { return PropertyAccessResult::UnsupportedType };
             self.position[axis] = value;
             return PropertyAccessResult::Set;
@@ -78,7 +98,9 @@ impl PropertyAccess for Element {
             };
             return PropertyAccessResult::Set;
         }
-        PropertyAccessResult::Ignored
+        let Some(value) = scalar(&property) else { return PropertyAccessResult::Ignored };
+        self.others.push(value);
+        PropertyAccessResult::Set
     }
 }
 

@@ -39,7 +39,7 @@ pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
                     soup.mesh.vertices.len() - 1
                 });
             }
-            soup.mesh.faces.push(corners);
+            soup.triangle(corners, None);
         }
         Ok(soup)
     })

@@ -75,6 +75,7 @@ impl Cells {
                 Some(22.0) => 6,
                 Some(1.0..=4.0 | 21.0) => {
                     skipped += 1;
+                    soup.cells += 1;
                     continue;
                 }
                 Some(kind) => return Err(place(format!("{} (type {kind}) is not supported: expected triangles", name(kind)))),
@@ -91,8 +92,7 @@ impl Cells {
             soup.check_order(quadratic, "cell", k as u64)?;
             match corners[..] {
                 [a, b, c, ab, bc, ca] if quadratic => {
-                    soup.mesh.faces.push([a, b, c]);
-                    soup.middles.push([ab, bc, ca]);
+                    soup.triangle([a, b, c], Some([ab, bc, ca]));
                 }
                 _ => soup.polygon(&corners).map_err(|fault| place(fault.message))?,
             }

@@ -1,10 +1,11 @@
 //! XML VTK files (`.vtu`, `.vtp`): arrays as text, base64 or raw, inline or appended, plain or with zlib.
 //!
-//! Format: "VTK XML Formats" of the VTK documentation. Points and cells; data arrays are skipped. Raw appended data makes a
+//! Format: "VTK XML Formats" of the VTK documentation. Points, cells and their data arrays. Raw appended data makes a
 //! file that is no XML, so tags are scanned here up to where that data begins.
 
 use super::vtk::{Cells, Kind, add_points, whole};
 use super::{Fault, Soup};
+use crate::mesh::FieldOn;
 use flate2::read::ZlibDecoder;
 use std::collections::HashMap;
 use std::io::Read;
@@ -32,7 +33,26 @@ pub fn read(bytes: &[u8]) -> Result<Soup, Fault> {
             return Err(Fault::new(format!("{} offsets for {} cells", cells.ends.len(), count(key))));
         }
         let types = if file.grid { Some(named("types")?.unwrap_or_default()) } else { None };
+        // Cells of poly data are counted from its points and lines on.
+        let before = soup.cells;
+        if !file.grid {
+            soup.cells += ["NumberOfVerts", "NumberOfLines"].map(|key| count(key).min(bytes.len() as u64) as usize).iter().sum::<usize>();
+        }
         cells.add_to(&mut soup, first, types.as_deref())?;
+        for array in &piece.arrays {
+            let (on, entries) = match array.section.as_str() {
+                "PointData" => (FieldOn::Nodes, soup.mesh.vertices.len() - first),
+                "CellData" => (FieldOn::Faces, soup.cells - before),
+                _ => continue,
+            };
+            let name = unescape(array.attributes.get("Name").map_or("", String::as_str));
+            if array.attributes.get("type").is_some_and(|kind| kind == "String" || kind == "Bit") {
+                soup.warnings.push(format!("the array `{name}` holds no numbers and is left out"));
+                continue;
+            }
+            let components = array.attributes.get("NumberOfComponents").map_or(Some(1), |n| n.parse().ok()).unwrap_or(0);
+            soup.field(&name, on, components, entries, file.decode(array)?)?;
+        }
     }
     Ok(soup)
 }
@@ -241,6 +261,13 @@ fn take(data: &[u8], base64: bool, count: usize) -> Option<(Vec<u8>, usize)> {
     }
     bytes.truncate(count);
     Some((bytes, letters))
+}
+
+/// Text of an attribute without the five escapes of XML.
+fn unescape(text: &str) -> String {
+    ["&lt;", "<", "&gt;", ">", "&quot;", "\"", "&apos;", "'", "&amp;", "&"]
+        .chunks_exact(2)
+        .fold(text.to_owned(), |text, pair| text.replace(pair[0], pair[1]))
 }
 
 /// The attributes `key="value"` of a tag.
