@@ -86,7 +86,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("m_plus = \"2 * t\"", "m_plus = §\"sqrt(-1)\"", "rest.linear.m_plus = \"sqrt(-1)\": must be finite"),
     ("mu = 0.001", "mu = §inf", "rest.linear.mu = inf: must be finite"),
     ("[machine-direction]\nangle = \"30 + x\"", "", "rest.linear.mu_perp = 0.002: needs the table [machine-direction]"),
-    ("{ angle = \"30 + x\" }", "{ angle = §\"30 + t\" }", "unknown name `t`"),
+    ("angle = \"30 + x\"", "angle = §\"30 + t\"", "unknown name `t`"),
     ("angle = \"30 + x\"", "vector = §[0, 0, 0]", "machine-direction.vector = [0, 0, 0]: must not be the zero vector"),
     // Loads.
     ("factor = \"t\"", "acceleration = §[0, 0, inf]", "gravity.acceleration = [0, 0, inf]: must be finite"),
