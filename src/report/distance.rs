@@ -92,6 +92,25 @@ impl<'a> Tree<'a> {
         best
     }
 
+    /// The faces whose squared distance from a point is at most that [m^2], among them the nearest one if that is.
+    pub fn within(&self, p: &Vector3<f64>, squared: f64) -> Vec<usize> {
+        let mut found = Vec::new();
+        let mut waiting = if self.boxes.is_empty() { Vec::new() } else { vec![(0, 0, self.faces.len())] };
+        while let Some((node, start, end)) = waiting.pop() {
+            if self.to_box_squared(p, node) > squared {
+                continue;
+            }
+            if end - start > LEAF {
+                let half = start + (end - start) / 2;
+                waiting.extend([(2 * node + 1, start, half), (2 * node + 2, half, end)]);
+                continue;
+            }
+            let near = |face: &usize| point_triangle_squared(p, self.faces[*face].map(|v| &self.vertices[v])) <= squared;
+            found.extend(self.order[start..end].iter().copied().filter(near));
+        }
+        found
+    }
+
     fn search(&self, p: &Vector3<f64>, node: usize, start: usize, end: usize, best: &mut (usize, f64)) {
         if self.to_box_squared(p, node) >= best.1 {
             return;

@@ -69,7 +69,8 @@ impl Surface {
     pub fn farthest(&self, points: &[Vector3<f64>]) -> f64 {
         let faces = self.flat();
         let tree = Tree::new(&self.nodes, &faces);
-        points.iter().map(|p| self.distance_squared(&tree, p)).fold(0.0, f64::max).sqrt()
+        let sag = self.sag();
+        points.iter().map(|p| self.distance_squared(&tree, sag, p)).fold(0.0, f64::max).sqrt()
     }
 
     /// Each face as four flat ones on its nodes.
@@ -77,14 +78,32 @@ impl Surface {
         self.faces.iter().flat_map(|&[a, b, c, d, e, f]| [[a, f, e], [f, b, d], [e, d, c], [d, e, f]]).collect()
     }
 
-    fn distance_squared(&self, tree: &Tree, p: &Vector3<f64>) -> f64 {
-        let (flat, squared) = tree.nearest(p);
-        let Some(face) = self.faces.get(flat / 4) else { return squared };
-        let start = match flat % 4 {
-            3 => [1.0 / 3.0; 2],
-            corner => CORNERS[corner].map(|c| 1.0 / 6.0 + 0.5 * c),
+    /// How far a curved face can lie from the flat ones on its nodes [m]: a quadratic is at most a sixth of its largest second difference
+    /// along an edge away from its linear interpolant, and the edges here are half of the face's.
+    fn sag(&self) -> f64 {
+        let of = |face: &[usize; 6]| {
+            let [x0, x1, x2, x3, x4, x5] = face.map(|node| self.nodes[node]);
+            [x0 + x1 - x5 * 2.0, x1 + x2 - x3 * 2.0, x2 + x0 - x4 * 2.0].iter().map(|d| 4.0 * d.norm()).fold(0.0, f64::max) / 24.0
         };
-        patch_distance_squared(p, &face.map(|node| self.nodes[node]), start)
+        self.faces.iter().map(of).fold(0.0, f64::max)
+    }
+
+    fn distance_squared(&self, tree: &Tree, sag: f64, p: &Vector3<f64>) -> f64 {
+        let mut best = tree.nearest(p).1;
+        // The nearest curved face need not be that of the nearest flat piece.
+        let reach = best.sqrt() + 2.0 * sag;
+        let mut nearest = f64::INFINITY;
+        for flat in tree.within(p, reach * reach) {
+            let start = match flat % 4 {
+                3 => [1.0 / 3.0; 2],
+                corner => CORNERS[corner].map(|c| 1.0 / 6.0 + 0.5 * c),
+            };
+            nearest = nearest.min(patch_distance_squared(p, &self.faces[flat / 4].map(|node| self.nodes[node]), start));
+        }
+        if nearest.is_finite() {
+            best = nearest;
+        }
+        best
     }
 }
 
@@ -124,47 +143,34 @@ fn patch_distance_squared(p: &Vector3<f64>, patch: &[Vector3<f64>; 6], start: [f
         (Vector2::new(r[0].dot(&off), r[1].dot(&off)), [r[0].norm_squared(), r[0].dot(&r[1]), r[1].norm_squared()], bend)
     };
     let mut best = (start, squared(start));
-    // Steps that are halved until they come nearer; a place outside is moved back into the triangle.
-    let descend = |best: &mut ([f64; 2], f64), step: Vector2<f64>| {
-        for halving in 0..8 {
-            let place = inside([0, 1].map(|i| best.0[i] + 0.5f64.powi(halving) * step[i]));
-            let value = squared(place);
-            if value < best.1 {
-                *best = (place, value);
-                return true;
-            }
-        }
-        false
-    };
-    for _ in 0..20 {
+    for _ in 0..50 {
         let (slope, first, bend) = local(best.0);
         let matrix = |share: f64| {
             let [a, b, c] = [0, 1, 2].map(|i| first[i] + share * bend[i]);
             Matrix2::new(a, b, b, c)
         };
         // Where the point is farther than the centre of curvature, the distance is not convex: Gauss and Newton's matrix is.
-        let Some(cholesky) = matrix(1.0).cholesky().or_else(|| matrix(0.0).cholesky()) else { break };
-        if !descend(&mut best, -cholesky.solve(&slope)) {
-            break;
-        }
-    }
-    // Along the edges on which it ended: there the foot is where the edge comes nearest.
-    for (i, [a, b]) in [[1, 2], [2, 0], [0, 1]].into_iter().enumerate() {
-        let direction = Vector2::from(CORNERS[b]) - Vector2::from(CORNERS[a]);
-        for _ in 0..20 {
-            let opposite = [1.0 - best.0[0] - best.0[1], best.0[0], best.0[1]][i];
-            if opposite > 1e-9 {
-                break;
-            }
-            let (slope, first, bend) = local(best.0);
-            let along =
-                |m: [f64; 3]| m[0] * direction.x * direction.x + 2.0 * m[1] * direction.x * direction.y + m[2] * direction.y * direction.y;
-            let (convex, safe) = (along(first) + along(bend), along(first));
-            let curvature = if convex > 0.0 { convex } else { safe };
-            if !(curvature > 0.0) || !descend(&mut best, direction * (-slope.dot(&direction) / curvature)) {
-                break;
-            }
-        }
+        let cholesky = matrix(1.0).cholesky().or_else(|| matrix(0.0).cholesky());
+        let full = cholesky.map_or(Vector2::zeros(), |c| -c.solve(&slope));
+        // At the border the full step may lead nowhere. Where no step along an edge's direction comes nearer either, none does.
+        let along = |[a, b]: [usize; 2]| {
+            let direction = Vector2::from(CORNERS[b]) - Vector2::from(CORNERS[a]);
+            let curvature = |m: Matrix2<f64>| direction.dot(&(m * direction));
+            let curvature = Some(curvature(matrix(1.0))).filter(|c| *c > 0.0).unwrap_or_else(|| curvature(matrix(0.0)));
+            let corners = [1.0 - best.0[0] - best.0[1], best.0[0], best.0[1]].map(|c| c.max(0.0));
+            let step = (-slope.dot(&direction) / curvature).clamp(-corners[b], corners[a]);
+            if step.is_finite() { direction * step } else { Vector2::zeros() }
+        };
+        let steps = [full, along([1, 2]), along([2, 0]), along([0, 1])];
+        // Steps are halved until they come nearer; a place outside is moved back into the triangle.
+        let nearer = |step: Vector2<f64>| {
+            (0..8).find_map(|halving| {
+                let place = inside([0, 1].map(|i| best.0[i] + 0.5f64.powi(halving) * step[i]));
+                Some((place, squared(place))).filter(|(_, value)| *value < best.1)
+            })
+        };
+        let Some(next) = steps.into_iter().filter_map(nearer).min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        best = next;
     }
     best.1
 }

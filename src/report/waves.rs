@@ -1,6 +1,6 @@
 //! Waves of a closed curve: how many there are and how high they stand over the plane that fits it best.
 
-use crate::mesh::{Mesh, Region, Topology};
+use crate::mesh::Region;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -17,12 +17,12 @@ pub struct Waves {
 /// Heights below this fraction of the curve's length are rounding.
 const FLAT: f64 = 1e-12;
 
-/// The nodes of a region's edges in their order around: vertices and, on curved faces, the midpoints between them, as indices into
-/// [`Mesh::nodes`].
+/// The vertices of a region's edges in their order around. Midpoints of curved edges are left out: they may stand off the curve through
+/// the vertices by the sag of an edge, as at the rim of a cap, and would be counted as waves.
 ///
 /// # Errors
 /// A region whose edges do not form one closed loop of at least three, in words.
-pub fn closed_loop(mesh: &Mesh, region: &Region) -> Result<Vec<usize>, String> {
+pub fn closed_loop(region: &Region) -> Result<Vec<usize>, String> {
     let mut next: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for &[a, b] in &region.edges {
         next.entry(a).or_default().push(b);
@@ -34,29 +34,21 @@ pub fn closed_loop(mesh: &Mesh, region: &Region) -> Result<Vec<usize>, String> {
     if let Some((vertex, ends)) = next.iter().find(|(_, ends)| ends.len() != 2) {
         return Err(format!("is not a closed loop: {} of its edges meet at vertex {vertex}", ends.len()));
     }
-    let edges = Topology::new(&mesh.faces).edges;
-    let edge_of: BTreeMap<[usize; 2], usize> = edges.iter().enumerate().map(|(e, pair)| (*pair, e)).collect();
-    let (mut nodes, mut count) = (Vec::new(), 0);
+    let mut around = Vec::new();
     let (mut before, mut at) = (usize::MAX, start);
     loop {
-        nodes.push(at);
-        count += 1;
+        around.push(at);
         let ends = &next[&at];
         let after = if ends[0] == before { ends[1] } else { ends[0] };
-        if !mesh.midpoints.is_empty()
-            && let Some(edge) = edge_of.get(&[at.min(after), at.max(after)])
-        {
-            nodes.push(mesh.vertices.len() + edge);
-        }
         (before, at) = (at, after);
         if at == start {
             break;
         }
     }
-    if count != next.len() {
+    if around.len() != next.len() {
         return Err("consists of several closed loops; name one of them".into());
     }
-    Ok(nodes)
+    Ok(around)
 }
 
 /// Waves of a closed curve through `now` [m], by the arc length of `initial` [m]: the same points in order around, at least three.

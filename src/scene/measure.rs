@@ -104,6 +104,21 @@ pub enum Measure {
         /// Whether the mirror image of the exact surface is as good.
         #[serde(default = "yes")]
         mirror: bool,
+        /// Length that the distance is divided by [m], > 0, such as the surface's diameter. Absent: the distance itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        over: Option<f64>,
+    },
+    /// The same from the shape that a flattened mesh had: the field `original_position` of its nodes (3 components [m]).
+    OriginalDistance {
+        /// Which distance.
+        #[serde(default)]
+        kind: Distance,
+        /// Whether the mirror image is as good.
+        #[serde(default)]
+        mirror: bool,
+        /// Length that the distance is divided by [m], > 0. Absent: the distance itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        over: Option<f64>,
     },
     /// Square of the mean [1/m2] or Gauss curvature [1/m4], by quadrics fitted to the nodes around each node.
     CurvatureSquare {
@@ -113,8 +128,8 @@ pub enum Measure {
         #[serde(default)]
         weighting: Weighting,
     },
-    /// Number of waves of a closed rim: the strongest Fourier mode of its heights over its best plane, by its initial arc length. 0 for a
-    /// flat rim.
+    /// Number of waves of a closed rim: the strongest Fourier mode of the heights of its vertices over its best plane, by its initial arc
+    /// length. 0 for a flat rim.
     Waves {
         /// Name of a region whose edges form one closed loop.
         region: String,
@@ -134,7 +149,7 @@ pub enum Measure {
         over: Option<Expr>,
     },
     /// Elastic energy over that which the initial shape has in the same rest forms, those of the time of the measure [1].
-    EnergyOverInitialShape {
+    EnergyRatio {
         /// Part of both energies.
         #[serde(default)]
         part: EnergyPart,

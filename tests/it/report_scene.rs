@@ -107,10 +107,13 @@ fn a_sphere_at_rest() {
         );
         // Twelve rings have 3 * 12 * 13 + 1 vertices, and 24 rings as many as twelve have nodes.
         let nodes = if element == "linear" { 469.0 } else { 1801.0 };
-        near(values[0], 4.0, 0.01);
-        near(values[1], 16.0, 0.02);
-        near(values[2], 4.0 * nodes, 0.01);
-        near(values[3], 16.0 * nodes, 0.02);
+        eprintln!("{values:?}");
+        // A fit's error is of second order in the distance of nodes, and larger at the rim, where neighbours lie on one side.
+        let error = if element == "linear" { 0.04 } else { 0.01 };
+        near(values[0], 4.0, 0.5 * error);
+        near(values[1], 16.0, error);
+        near(values[2], 4.0 * nodes, 0.5 * error);
+        near(values[3], 16.0 * nodes, error);
         assert!(values[4] == 0.0 && values[5] == 0.0 && values[6].abs() < 1e-12, "{values:?}");
         // Where r is taken the square root of, rounding is a little larger.
         assert!(values[7] < 1e-12, "{values:?}");
@@ -118,8 +121,8 @@ fn a_sphere_at_rest() {
         let bound = if element == "linear" { 2.0 * sag } else { deep };
         assert!(values[8] > 1e-9 && values[8] < bound, "{values:?}");
         near(values[9], 2.0 * 0.5 * 60f64.to_radians().sin(), 1e-12);
-        near(values[10], -2.0, 0.02);
-        near(values[11], -2.0, 0.02);
+        near(values[10], -2.0, error);
+        near(values[11], -2.0, error);
         assert!(values[12].abs() < 1e-12, "{values:?}");
     }
 }
@@ -153,12 +156,12 @@ fn a_curled_strip() {
             ("{ energy = {} }", None),
             ("{ energy = { part = 'bending' } }", None),
             ("{ energy = { part = 'membrane' } }", None),
-            ("{ energy-over-initial-shape = {} }", None),
+            ("{ energy-ratio = {} }", None),
             ("{ energy = { over = 'E * h^3 * (1 - nu^2)' } }", None),
             ("{ history = { column = 'bending_energy_J' } }", None),
             ("{ energy = { part = 'bending' } }", Some(0.5)),
             ("{ energy = {} }", Some(0.0)),
-            ("{ energy-over-initial-shape = { part = 'bending' } }", Some(0.5)),
+            ("{ energy-ratio = { part = 'bending' } }", Some(0.5)),
         ],
     );
     // The map is that of the other measure, which is relative to the length; nodes are the worst places of this shape.
@@ -174,4 +177,55 @@ fn a_curled_strip() {
     near(values[7], values[3] / (1.0 - 0.09), 1e-12);
     assert_eq!(values[10], 0.0);
     near(values[11], values[9] / (0.25 * flat), 1e-9);
+}
+
+/// A flat square of side 1 whose original shape was larger by a tenth, as a mesh file with a field of that name.
+fn flattened(field: &str) -> Sandbox {
+    let mut file = String::from("# vtk DataFile Version 3.0\nflattened\nASCII\nDATASET POLYDATA\nPOINTS 9 double\n");
+    let places: Vec<[f64; 2]> = (0..9).map(|i| [0.5 * f64::from(i % 3), 0.5 * f64::from(i / 3)]).collect();
+    places.iter().for_each(|[x, y]| file += &format!("{x} {y} 0\n"));
+    file += "POLYGONS 8 32\n";
+    for corner in [0, 1, 3, 4] {
+        file += &format!("3 {} {} {}\n3 {} {} {}\n", corner, corner + 1, corner + 4, corner, corner + 4, corner + 3);
+    }
+    file += &format!("POINT_DATA 9\nVECTORS {field} double\n");
+    // Turned by a right angle and moved far away, which the fit takes back.
+    places.iter().for_each(|[x, y]| file += &format!("7 {} {}\n", 1.1 * x, 1.1 * y));
+    let scene = r#"
+[mesh.file]
+path = "flat.vtk"
+[[region]]
+name = "all"
+where = "1"
+[shell]
+element = "linear"
+thickness = 1e-3
+youngs_modulus = 1e9
+poissons_ratio = 0.3
+[[pin]]
+region = "all"
+[statics]
+steps = 1
+"#;
+    let expect = |name: &str, measure: &str, reference: f64| {
+        format!(
+            "[[report.expect]]\nname = '{name}'\nmeasure = {{ original-distance = {measure} }}\nreference = {reference}\ntolerance = 1e-9\nsource = 'exact'\n"
+        )
+    };
+    let corner = 0.05 * 2f64.sqrt();
+    let text = scene.to_owned()
+        + &expect("nodes", "{}", corner)
+        + &expect("relative", "{ over = 2.0 }", 0.5 * corner)
+        + &expect("surface", "{ kind = 'hausdorff', mirror = true }", corner);
+    let sandbox = Sandbox::new(&text);
+    std::fs::write(sandbox.path("flat.vtk"), file).unwrap();
+    sandbox
+}
+
+#[test]
+fn a_flattened_mesh_knows_its_original_shape() {
+    flattened("original_position").ok(&["all", "scene.toml", "-q"]);
+    let message = flattened("another").fails(2, &["all", "scene.toml", "-q"]);
+    assert!(message.contains("report.expect.0.measure.original-distance: there is no field 'original_position'"), "{message}");
+    assert!(message.contains("the mesh has: another"), "{message}");
 }

@@ -210,15 +210,15 @@ fn rims_without_a_shape_have_no_waves() {
 }
 
 #[test]
-fn loops_run_around_once_with_their_midpoints() {
+fn loops_run_around_once_without_their_midpoints() {
     for curved in [false, true] {
         let mut mesh = annulus([0.5, 1.0], [2, 12], false, Pattern::Diagonal).unwrap();
         if curved {
             place(&mut mesh, Middle::Annulus);
         }
         let nodes = mesh.nodes();
-        let rim = report::waves::closed_loop(&mesh, &mesh.regions["outer"]).unwrap();
-        assert_eq!(rim.len(), if curved { 24 } else { 12 });
+        let rim = report::waves::closed_loop(&mesh.regions["outer"]).unwrap();
+        assert_eq!(rim.len(), 12);
         let step = (nodes[rim[0]] - nodes[rim[1]]).norm();
         for (i, node) in rim.iter().enumerate() {
             assert!((nodes[*node].norm() - 1.0).abs() < 1e-12);
@@ -229,10 +229,10 @@ fn loops_run_around_once_with_their_midpoints() {
         let found = waves(&flat, &wavy).unwrap();
         assert!(found.number == 4 && (found.amplitude - 0.1).abs() < 1e-12, "{found:?}");
         let both = Region::new([], mesh.regions["outer"].edges.iter().chain(&mesh.regions["inner"].edges).copied(), []);
-        assert!(report::waves::closed_loop(&mesh, &both).unwrap_err().contains("several closed loops"));
+        assert!(report::waves::closed_loop(&both).unwrap_err().contains("several closed loops"));
         let open = Region::new([], mesh.regions["outer"].edges.iter().skip(1).copied(), []);
-        assert!(report::waves::closed_loop(&mesh, &open).unwrap_err().contains("not a closed loop"));
-        assert!(report::waves::closed_loop(&mesh, &Region::default()).unwrap_err().contains("no edges"));
+        assert!(report::waves::closed_loop(&open).unwrap_err().contains("not a closed loop"));
+        assert!(report::waves::closed_loop(&Region::default()).unwrap_err().contains("no edges"));
     }
 }
 

@@ -46,7 +46,11 @@ fn measure(key: &str, measure: &Measure) -> Check {
             finite(&format!("{key}.distance-between.b"), b, "m")
         }
         Measure::CylinderDistance { radius } => positive(&format!("{key}.cylinder-distance.radius"), *radius, "m"),
-        Measure::SurfaceDistance { position, .. } => expressions(&format!("{key}.surface-distance.position"), position, PLACE),
+        Measure::SurfaceDistance { position, over, .. } => {
+            expressions(&format!("{key}.surface-distance.position"), position, PLACE)?;
+            positive_or_absent(&format!("{key}.surface-distance.over"), *over, "m")
+        }
+        Measure::OriginalDistance { over, .. } => positive_or_absent(&format!("{key}.original-distance.over"), *over, "m"),
         Measure::Waves { region } => named(&format!("{key}.waves.region"), region),
         Measure::WaveAmplitude { region } => named(&format!("{key}.wave-amplitude.region"), region),
         Measure::Energy { over, .. } => {
@@ -61,9 +65,7 @@ fn measure(key: &str, measure: &Measure) -> Check {
             within(&format!("{key}.field.component"), *component, 0..=8)
         }
         Measure::History { column } => named(&format!("{key}.history.column"), column),
-        Measure::CurvatureSquare { .. } | Measure::EnergyOverInitialShape { .. } | Measure::NewtonIterations | Measure::Factorizations => {
-            Ok(())
-        }
+        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
     }
 }
 
@@ -85,7 +87,8 @@ fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
         jitter(&format!("{key}.jitter"), table.jitter, table.pattern)?;
     }
     ladder.thicknesses.iter().enumerate().try_for_each(|(i, &value)| positive(&format!("report.ladder.thicknesses.{i}"), value, "m"))?;
-    let law = scene.rest.as_ref().is_some_and(|rest| rest.pullback.is_some() || rest.linear.is_some());
+    let lawless = |rest: &Rest| *rest == Rest { sampling: rest.sampling, ramp: rest.ramp.clone(), ..Rest::default() };
+    let law = scene.rest.as_ref().is_some_and(|rest| !lawless(rest));
     require("report.ladder.samplings", ladder.samplings.is_empty() || law, "needs a law in [rest] that could be sampled")?;
     for (i, value) in ladder.samplings.iter().enumerate() {
         require(&format!("report.ladder.samplings.{i}"), !ladder.samplings[..i].contains(value), "comes twice")?;

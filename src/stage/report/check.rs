@@ -40,6 +40,7 @@ fn check(key: &str, measure: &Measure, scene: &Scene, mesh: &Mesh, columns: &[&s
         Measure::SurfaceDistance { position, kind, .. } => {
             Image::new(&format!("{key}.surface-distance.position"), position, mesh, *kind).map(drop)
         }
+        Measure::OriginalDistance { kind, .. } => Image::original(&format!("{key}.original-distance"), mesh, *kind).map(drop),
         Measure::Waves { region } => rim(mesh, &format!("{key}.waves.region"), region).map(drop),
         Measure::WaveAmplitude { region } => rim(mesh, &format!("{key}.wave-amplitude.region"), region).map(drop),
         Measure::Energy { over, .. } => energy_scale(&format!("{key}.energy.over"), over.as_ref(), scene).map(drop),

@@ -29,9 +29,13 @@ impl Case<'_> {
                 Ok((positions[b] - positions[a]).norm())
             }
             Measure::CylinderDistance { radius } => Ok(cylinder_distance(&mesh.nodes(), &self.positions(time)?, *radius)),
-            Measure::SurfaceDistance { position, kind, mirror } => {
+            Measure::SurfaceDistance { position, kind, mirror, over } => {
                 let exact = Image::new("report: surface-distance.position", position, mesh, *kind)?;
-                Ok(exact.distance(mesh, &self.positions(time)?, *mirror))
+                Ok(exact.distance(mesh, &self.positions(time)?, *mirror) / over.unwrap_or(1.0))
+            }
+            Measure::OriginalDistance { kind, mirror, over } => {
+                let original = Image::original("report: original-distance", mesh, *kind)?;
+                Ok(original.distance(mesh, &self.positions(time)?, *mirror) / over.unwrap_or(1.0))
             }
             Measure::CurvatureSquare { of, weighting } => Ok(curvature_square(mesh, &self.positions(time)?, *of, *weighting)),
             Measure::Waves { region } => Ok(self.waves(region, time)?.map_or(f64::NAN, |w| w.number as f64)),
@@ -42,7 +46,7 @@ impl Case<'_> {
                 let energies = Fields::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, snapshot.time)?;
                 Ok(take(energies, *part) / energy_scale("report: energy.over", over.as_ref(), scene)?)
             }
-            Measure::EnergyOverInitialShape { part } => {
+            Measure::EnergyRatio { part } => {
                 let snapshot = self.snapshot(time)?;
                 let topology = Topology::new(&mesh.faces);
                 let mut fields = Fields::new(scene, mesh, &topology, &self.setup)?;
@@ -58,7 +62,7 @@ impl Case<'_> {
 
     fn waves(&self, region: &str, time: Option<f64>) -> Result<Option<Waves>> {
         let rim = rim(&self.mesh, "report: waves.region", region)?;
-        let along = |nodes: &[Vector3<f64>]| -> Vec<Vector3<f64>> { rim.iter().map(|n| nodes[*n]).collect() };
+        let along = |nodes: &[Vector3<f64>]| -> Vec<Vector3<f64>> { rim.iter().map(|v| nodes[*v]).collect() };
         Ok(waves(&along(&self.mesh.nodes()), &along(&self.positions(time)?)))
     }
 
@@ -120,10 +124,10 @@ pub fn members(mesh: &Mesh, key: &str, region: &str, association: Association) -
     Ok(members.clone())
 }
 
-/// The nodes of a closed rim in their order.
+/// The vertices of a closed rim in their order.
 pub fn rim(mesh: &Mesh, key: &str, region: &str) -> Result<Vec<usize>> {
     let found = setup::region(mesh, key, region)?;
-    crate::report::waves::closed_loop(mesh, found).map_err(|e| Error::input(key, format!("region '{region}' {e}")))
+    crate::report::waves::closed_loop(found).map_err(|e| Error::input(key, format!("region '{region}' {e}")))
 }
 
 fn take([membrane, bending]: [f64; 2], part: EnergyPart) -> f64 {
@@ -162,6 +166,9 @@ fn curvature_square(mesh: &Mesh, positions: &[Vector3<f64>], of: CurvatureKind, 
     }
 }
 
+/// Field of the nodes with their places before the mesh was flattened [m].
+const ORIGINAL_POSITION: &str = "original_position";
+
 /// The exact shape that a map makes of the initial mesh.
 pub struct Image {
     nodes: Vec<Vector3<f64>>,
@@ -191,6 +198,16 @@ impl Image {
         if surface.as_ref().is_some_and(|s| !s.is_finite()) {
             return Err(Error::input(key, "is not finite somewhere between the nodes of the mesh"));
         }
+        Ok(Image { nodes, surface })
+    }
+
+    /// The shape that the mesh had before it was flattened. Errors: a mesh that does not say, or with coordinates that are not finite.
+    pub fn original(key: &str, mesh: &Mesh, kind: Distance) -> Result<Self> {
+        let nodes = super::super::rest::node_positions(mesh, key, ORIGINAL_POSITION)?;
+        if let Some(i) = nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(Error::input(key, format!("field '{ORIGINAL_POSITION}' is not finite at node {i}")));
+        }
+        let surface = (kind == Distance::Hausdorff).then(|| Surface::new(mesh, &nodes, |p| p));
         Ok(Image { nodes, surface })
     }
 
