@@ -27,7 +27,7 @@ pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
 pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
-pub use solve::{Dynamics, Output, Solver, Statics};
+pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
 pub use suspicion::suspicions;
 
 /// Variables of an expression of time: t [s], in statics the load factor.

@@ -39,6 +39,9 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     let outcome = Outcome::new(job.name(), results, case.cost()?);
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
+    for line in case.switches() {
+        text.push_str(&format!("\n{line}.\n"));
+    }
     if let Some(unstable) = case.unstable() {
         text.push_str(&format!(
             "\nWarning: the last equilibrium is unstable in {unstable} directions; a small disturbance would make the shell leave it.\n"
@@ -87,6 +90,15 @@ impl<'a> Case<'a> {
     fn unstable(&self) -> Option<f64> {
         self.job.scene.statics.as_ref()?;
         self.history.last("negative_pivots").filter(|n| *n > 0.0)
+    }
+
+    /// Steps that left an unstable equilibrium, in words.
+    fn switches(&self) -> Vec<String> {
+        let column = |name| self.history.column(name).unwrap_or_default();
+        let [times, totals, after, before] = ["time_s", "branch_switches", "lowest_eigenvalue", "lowest_eigenvalue_before"].map(column);
+        let earlier = [0.0].into_iter().chain(totals.iter().copied());
+        let steps = totals.iter().zip(earlier).enumerate().filter(|(_, (now, earlier))| *now > earlier);
+        steps.map(|(i, _)| run_stage::switched(&self.job.moment(times[i]), before[i], after[i])).collect()
     }
 
     fn cost(&self) -> Result<Cost> {
