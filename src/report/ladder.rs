@@ -17,6 +17,8 @@ pub struct LadderRow {
     pub sampling: Option<&'static str>,
     /// Number of faces.
     pub faces: usize,
+    /// Longest edge of the mesh [m], by which orders are measured.
+    pub longest_edge: f64,
     /// Number of unknowns.
     pub dofs: usize,
     /// Distance of what was measured from its exact value; none for a run that failed.
@@ -63,12 +65,12 @@ impl LadderRow {
     }
 }
 
-/// Sets the order of each row from the row before it of the same director, mesh, thickness and sampling, with `h = faces^(-1/2)`.
+/// Sets the order of each row from the row before it of the same director, mesh, thickness and sampling, by the longest edge.
 ///
 /// A first row has none, nor has one after a run that failed. The fitted order is the slope of the best line through the logarithms of all of
 /// them so far: a largest error over unstructured meshes, which are not similar to each other, goes down by uneven steps.
 pub fn orders(rows: &mut [LadderRow]) {
-    let point = |row: &LadderRow| Some(((row.faces as f64).powf(-0.5), row.error?));
+    let point = |row: &LadderRow| Some((row.longest_edge, row.error?));
     for i in 0..rows.len() {
         let (before, rest) = rows.split_at_mut(i);
         let row = &mut rest[0];
