@@ -71,7 +71,9 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ("pin", format!("{}: {}{director}{moved}", pin.region, axes.join(" ")))
     }));
     if let Some(statics) = &scene.statics {
-        parts.push(("statics", format!("{} load steps", statics.steps)));
+        let stable = if statics.stable { ", unstable states are left" } else { "" };
+        let disturbed = statics.perturbation.as_ref().map_or(String::new(), |p| format!(", disturbed by {} m", p.amplitude));
+        parts.push(("statics", format!("{} load steps{stable}{disturbed}", statics.steps)));
     }
     if let Some(dynamics) = &scene.dynamics {
         parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));
@@ -79,7 +81,12 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if let Some(report) = &scene.report {
         parts.push((
             "report",
-            format!("{} expectations{}", report.expectations.len(), if report.ladder.is_some() { ", ladder" } else { "" }),
+            format!(
+                "{} expectations{}{}",
+                report.expectations.len(),
+                if report.ladder.is_some() { ", ladder" } else { "" },
+                if report.sweeps.is_empty() { String::new() } else { format!(", {} sweeps", report.sweeps.len()) }
+            ),
         ));
     }
     parts

@@ -8,6 +8,7 @@ mod fields;
 mod loads;
 mod materials;
 pub mod mesh;
+mod perturbation;
 pub mod report;
 mod rest;
 pub mod run;
