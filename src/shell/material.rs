@@ -110,6 +110,11 @@ impl Constitution {
         matches!(self, Constitution::PlaneStress | Constitution::ThreeDimensional | Constitution::Orthotropic(_))
     }
 
+    /// The two layers, if there are any.
+    pub fn layers(&self) -> Option<Bilayer> {
+        if let Constitution::Bilayer(layers) = self { Some(*layers) } else { None }
+    }
+
     /// Whether the energy is more than that of the membrane and that of bending.
     pub fn couples(&self) -> bool {
         matches!(self, Constitution::Bilayer(_) | Constitution::NeoHookean)

@@ -7,6 +7,7 @@ use crate::math::Jet;
 use crate::mesh::{FieldOn, FieldSampler, Mesh, Topology};
 use crate::model::{Ramp, RestDriver};
 use crate::scene::{self, Expr, Scalar, Scene};
+use crate::shell::Constitution;
 use crate::shell::rest::{
     Components, Forms, Interpolation, Isotropic, Law, LinearInterpolation, MachineDirection, Orthotropic, OtherShape, Prestress, Product,
     Profile, Pullback, QuadraticInterpolation, Sampling, ScalarField, Site, Surface, Swelling, on_faces, transported,
@@ -72,7 +73,8 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result
     }
     let swelling =
         rest.linear.as_ref().map(|t| ("linear", Profile::Linear, [&t.m_plus, &t.m_minus], [t.mu; 2], t.mu_perp.map(|mu| [mu; 2])));
-    let bilayer = rest.bilayer.as_ref().map(|t| ("bilayer", Profile::Bilayer, [&t.m_plus, &t.m_minus], t.mu, t.mu_perp));
+    let layers = || Profile::Bilayer(setup.constitutions.iter().map(Constitution::layers).collect());
+    let bilayer = rest.bilayer.as_ref().map(|t| ("bilayer", layers(), [&t.m_plus, &t.m_minus], t.mu, t.mu_perp));
     for (name, profile, [plus, minus], mu, mu_perp) in swelling.into_iter().chain(bilayer) {
         let moisture = [
             reader.expr(&format!("rest.{name}.m_plus"), plus, scene::PLACE_AND_TIME)?,

@@ -94,33 +94,23 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     let compositions = Compositions::new(scene, mesh)?;
     setup.materials = compositions.materials();
     let shell = build::shell(scene, mesh, &topology, &setup);
-    let points = shell.points();
     let mut x: Vec<f64> = mesh.nodes().iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(shell.unknowns(), 0.0);
     setup.initial_forms = shell.forms(&x).iter().map(|e| Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] }).collect();
     if let Some(f) = setup.initial_forms.iter().position(|f| !f.is_admissible()) {
-        return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / points)));
+        return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / shell.points())));
     }
     setup.machine_direction = rest::machine_direction(scene, mesh, &topology, &setup)?;
     setup.constitutions = compositions.constitutions(setup.machine_direction.as_deref());
     setup.densities = compositions.densities;
-    let admit = |place: &str, forms: &[Forms], setup: &Setup| {
-        let f = forms.iter().enumerate().map(|(k, forms)| (k / points, forms));
-        let mut refused = f.filter(|(f, forms)| !setup.constitution(*f).admits(&setup.materials[*f], forms));
-        refused.next().map_or(Ok(()), |(f, _)| {
-            let thickness = setup.materials[f].thickness;
-            let message = format!("face {f} is bent more sharply than its thickness of {thickness} m allows for a neo-hookean shell");
-            Err(Error::input(place, message))
-        })
-    };
-    admit("mesh", &setup.initial_forms, &setup)?;
+    admit("mesh", &setup, &setup.initial_forms)?;
     setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup)? {
         Some(mut driver) => {
             // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
             let end = driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
             let start = driver.forms(0.0).map_err(|e| Error::input("rest", e))?;
-            admit("rest", &end, &setup)?;
-            admit("rest", &start, &setup)?;
+            admit("rest", &setup, &end)?;
+            admit("rest", &setup, &start)?;
             start
         }
         None => setup.initial_forms.clone(),
@@ -139,6 +129,17 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
         super::perturbation::apply(table, scene, mesh, &topology, &setup, &mut model)?;
     }
     Ok((setup, model.snapshot()))
+}
+
+/// Checks forms of each point. Errors: the face whose material cannot have them, at this place of the scene.
+fn admit(place: &str, setup: &Setup, forms: &[Forms]) -> Result<()> {
+    let points = forms.len() / setup.materials.len();
+    let refused =
+        |(k, forms): (usize, &Forms)| (!setup.constitution(k / points).admits(&setup.materials[k / points], forms)).then_some(k / points);
+    let Some(face) = forms.iter().enumerate().find_map(refused) else { return Ok(()) };
+    let thickness = setup.materials[face].thickness;
+    let message = format!("face {face} is bent more sharply than its thickness of {thickness} m allows for a neo-hookean shell");
+    Err(Error::input(place, message))
 }
 
 /// The region of that name, with its name in the error if there is none.

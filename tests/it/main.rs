@@ -41,6 +41,7 @@ mod report_scene;
 mod report_shape;
 mod report_sweep;
 mod report_tables;
+mod rest_bilayer;
 mod rest_directions;
 mod rest_laws;
 mod scene_fuzz;
