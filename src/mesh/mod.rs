@@ -3,6 +3,7 @@
 //! A [`Mesh`] is plain data that a generator ([`generate`]) or a reader ([`import`]) fills, [`validate`] accepts and `mesh.h5`
 //! stores. [`Topology`] and [`Quality`] are derived from it. This module knows nothing of scenes, materials or unknowns.
 
+pub mod conformal;
 mod field;
 pub mod generate;
 pub mod import;

@@ -4,6 +4,7 @@ use super::Job;
 use super::build::{expression, place_values};
 use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archive};
 use crate::error::{Error, Result};
+use crate::mesh::conformal::Onto;
 use crate::mesh::midpoints::{self, Surface};
 use crate::mesh::{Mesh, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
@@ -37,13 +38,15 @@ pub fn path(job: &Job) -> PathBuf {
 /// Hash of what the stage's file is made from: its tables and the mesh file, if there is one.
 pub fn inputs(job: &Job) -> Result<String> {
     let json = |value: serde_json::Result<String>| value.map_err(|e| Error::input("scene", e.to_string()));
-    let regions = json(serde_json::to_string(&(&job.scene.regions, job.scene.shell.element)))?;
-    let mesh = match &job.scene.mesh {
-        // The file counts by what is in it, not by where it is.
-        MeshTable::File(table) => format!("{:?} {} {}", table.midpoints, table.scale, hash::file(&beside(&job.scene_file, &table.path))?),
-        table => json(serde_json::to_string(table))?,
-    };
-    Ok(hash::of(&[mesh.as_bytes(), regions.as_bytes()]))
+    let regions = json(serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.flatten)))?;
+    // A file counts by what is in it, not by where it is.
+    let contents = job.scene.mesh.file().map(|file| hash::file(&beside(&job.scene_file, file))).transpose()?;
+    let mut table = job.scene.mesh.clone();
+    if let Some(file) = table.file_mut() {
+        file.clear();
+    }
+    let mesh = json(serde_json::to_string(&table))?;
+    Ok(hash::of(&[mesh.as_bytes(), contents.unwrap_or_default().as_bytes(), regions.as_bytes()]))
 }
 
 /// Reads what the stage wrote. Errors: a file that is missing, damaged or stale.
@@ -138,8 +141,15 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             generate::sphere_cap(t.radius, t.half_angle, t.rings)?
         }
         MeshTable::Outline(t) => {
+            let (key, points) = match (&t.file, &t.points) {
+                (Some(file), _) => {
+                    let path = beside(scene_file, file);
+                    (path.display().to_string(), import::read_outline(&path)?)
+                }
+                (None, points) => ("mesh.outline.points".to_owned(), points.clone().unwrap_or_default()),
+            };
             place = "mesh.outline".to_owned();
-            generate::outline(&t.points, &t.holes, triangulation(&t.triangulation))?
+            generate::outline(&key, &points, &t.holes, triangulation(&t.triangulation))?
         }
         MeshTable::File(t) => {
             let path = beside(scene_file, &t.path);
@@ -164,6 +174,15 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     } else if !mesh.midpoints.is_empty() {
         warnings.push("the linear element leaves out the midpoints of the mesh's edges".into());
         mesh.drop_midpoints();
+    }
+    if let Some(table) = &scene.flatten {
+        let radius = || table.radius.unwrap_or_else(|| (Quality::of(&mesh).total_area / std::f64::consts::PI).sqrt());
+        let onto = match table.onto {
+            scene::FlattenOnto::Natural => Onto::Natural,
+            scene::FlattenOnto::Disc => Onto::Disc { radius: radius() },
+        };
+        mesh.flatten(onto)?;
+        warnings.extend(validate::check(&mut mesh, "flatten")?);
     }
     for (i, table) in scene.regions.iter().enumerate() {
         let key = format!("region.{i}");

@@ -15,7 +15,7 @@ mod supports;
 
 use crate::case::atomic;
 use crate::error::{Error, Result};
-use crate::scene::{self, MeshTable, Scene};
+use crate::scene::{self, Scene};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -75,9 +75,9 @@ impl Job {
             return Ok(());
         }
         let mut scene = self.scene.clone();
-        if let MeshTable::File(table) = &mut scene.mesh {
-            let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&table.path);
-            table.path = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
+        if let Some(file) = scene.mesh.file_mut() {
+            let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&*file);
+            *file = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
         }
         atomic::write(&self.case.join(RECORD), scene::to_toml(&scene).as_bytes())
     }

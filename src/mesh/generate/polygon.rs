@@ -14,8 +14,10 @@ const SMALLEST_SIZE: f64 = 1e-9;
 ///
 /// `points`: at least 3 corners [m] in either sense, not repeated at the end. `holes`: polygons like it, inside the outline and
 /// apart from each other. Sides are split into equal parts of about the target size. Regions: outline, hole-0, hole-1, ...
-pub fn outline(points: &[[f64; 2]], holes: &[Vec<[f64; 2]>], triangulation: Triangulation) -> Result<Mesh> {
-    let mut loops = vec![Loop::new("mesh.outline.points".into(), points, true)?];
+///
+/// `place`: file or key that the points come from, for messages.
+pub fn outline(place: &str, points: &[[f64; 2]], holes: &[Vec<[f64; 2]>], triangulation: Triangulation) -> Result<Mesh> {
+    let mut loops = vec![Loop::new(place.to_owned(), points, true)?];
     for (k, hole) in holes.iter().enumerate() {
         loops.push(Loop::new(format!("mesh.outline.holes[{k}]"), hole, false)?);
     }
