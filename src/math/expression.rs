@@ -6,6 +6,8 @@
 //!
 //! Ready-made parsers were looked at: they give a sign more weight than a power, or take functions of at most two arguments.
 
+use super::jet::Jet;
+use super::operator::{COMPARISON, FUNCTIONS, NEGATE, OPERATORS, Op, POWER};
 use std::fmt::Write as _;
 
 /// Longest text that is accepted [bytes].
@@ -14,89 +16,6 @@ const LENGTH_LIMIT: usize = 4096;
 const NESTING_LIMIT: usize = 64;
 
 const CONSTANTS: [(&str, f64); 3] = [("PI", std::f64::consts::PI), ("E", std::f64::consts::E), ("TAU", std::f64::consts::TAU)];
-
-const FUNCTIONS: [(&str, Op); 21] = [
-    ("sin", Op::Unary(f64::sin)),
-    ("cos", Op::Unary(f64::cos)),
-    ("tan", Op::Unary(f64::tan)),
-    ("asin", Op::Unary(f64::asin)),
-    ("acos", Op::Unary(f64::acos)),
-    ("atan", Op::Unary(f64::atan)),
-    ("atan2", Op::Binary(f64::atan2)),
-    ("sinh", Op::Unary(f64::sinh)),
-    ("cosh", Op::Unary(f64::cosh)),
-    ("tanh", Op::Unary(f64::tanh)),
-    ("exp", Op::Unary(f64::exp)),
-    ("ln", Op::Unary(f64::ln)),
-    ("log10", Op::Unary(f64::log10)),
-    ("sqrt", Op::Unary(f64::sqrt)),
-    ("abs", Op::Unary(f64::abs)),
-    ("sign", Op::Unary(sign)),
-    ("floor", Op::Unary(f64::floor)),
-    ("ceil", Op::Unary(f64::ceil)),
-    ("round", Op::Unary(f64::round)),
-    ("min", Op::Binary(min)),
-    ("max", Op::Binary(max)),
-];
-
-/// Binary operators: text, weight, meaning. A text that is the beginning of another comes after it.
-const OPERATORS: [(&str, u8, Op); 12] = [
-    ("||", 1, Op::Binary(|a, b| truth(a != 0.0 || b != 0.0))),
-    ("&&", 2, Op::Binary(|a, b| truth(a != 0.0 && b != 0.0))),
-    ("<=", COMPARISON, Op::Binary(|a, b| truth(a <= b))),
-    (">=", COMPARISON, Op::Binary(|a, b| truth(a >= b))),
-    ("==", COMPARISON, Op::Binary(|a, b| truth(a == b))),
-    ("!=", COMPARISON, Op::Binary(|a, b| truth(a != b))),
-    ("<", COMPARISON, Op::Binary(|a, b| truth(a < b))),
-    (">", COMPARISON, Op::Binary(|a, b| truth(a > b))),
-    ("+", 4, Op::Binary(|a, b| a + b)),
-    ("-", 4, Op::Binary(|a, b| a - b)),
-    ("*", 5, Op::Binary(|a, b| a * b)),
-    ("/", 5, Op::Binary(|a, b| a / b)),
-];
-const COMPARISON: u8 = 3;
-
-fn truth(condition: bool) -> f64 {
-    f64::from(u8::from(condition))
-}
-
-/// -1, 0 or 1; unlike `f64::signum`, 0 at 0.
-fn sign(a: f64) -> f64 {
-    if a == 0.0 { 0.0 } else { a.signum() }
-}
-
-/// Unlike `f64::min`, NaN if either is NaN, so that a fault is not hidden.
-fn min(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a < b { a } else { b }
-}
-
-/// Unlike `f64::max`, NaN if either is NaN.
-fn max(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
-}
-
-/// One step of the postfix program.
-#[derive(Clone, Copy, Debug)]
-enum Op {
-    Number(f64),
-    Variable(usize),
-    Unary(fn(f64) -> f64),
-    Binary(fn(f64, f64) -> f64),
-    /// `if(c, a, b)`. Both branches are evaluated; the value of the other one has no influence, NaN or not.
-    Select,
-}
-
-impl Op {
-    /// Values taken from the stack; each step puts one back.
-    fn arity(self) -> usize {
-        match self {
-            Op::Number(_) | Op::Variable(_) => 0,
-            Op::Unary(_) => 1,
-            Op::Binary(_) => 2,
-            Op::Select => 3,
-        }
-    }
-}
 
 /// A parsed expression.
 #[derive(Clone, Debug)]
@@ -144,12 +63,39 @@ impl Expression {
             stack[top] = match *op {
                 Op::Number(value) => value,
                 Op::Variable(index) => values[index],
-                Op::Unary(f) => f(stack[top]),
-                Op::Binary(f) => f(stack[top], stack[top + 1]),
+                Op::Unary(f) => (f.value)(stack[top]),
+                Op::Binary(f) => (f.value)(stack[top], stack[top + 1]),
                 Op::Select if stack[top] != 0.0 => stack[top + 1],
                 Op::Select => stack[top + 2],
             };
             top += 1;
+        }
+        stack[0]
+    }
+
+    /// The value with first and second derivatives, `values` being those of the variables as jets. Functions with jumps and kinks count as
+    /// what they are beside them.
+    ///
+    /// # Panics
+    /// If a variable that the expression uses has no value.
+    pub fn jet(&self, values: &[Jet]) -> Jet {
+        let mut stack = Vec::with_capacity(8);
+        for op in &self.program {
+            let from = stack.len() - op.arity();
+            let arguments: &[Jet] = &stack[from..];
+            let result = match (*op, arguments) {
+                (Op::Number(value), _) => Jet::constant(value),
+                (Op::Variable(index), _) => values[index],
+                (Op::Unary(f), [a, ..]) => a.unary((f.value)(a.value), (f.derivatives)(a.value)),
+                (Op::Binary(f), [a, b, ..]) => {
+                    let (first, second) = (f.derivatives)(a.value, b.value);
+                    a.binary(b, (f.value)(a.value, b.value), first, second)
+                }
+                (Op::Select, [condition, a, b]) => *if condition.value != 0.0 { a } else { b },
+                _ => unreachable!("a program that the parser has not made"),
+            };
+            stack.truncate(from);
+            stack.push(result);
         }
         stack[0]
     }
@@ -232,14 +178,14 @@ impl<'a> Parser<'a> {
         }
         if self.take("-") {
             self.signed()?;
-            self.push(Op::Unary(|a| -a))?;
+            self.push(NEGATE)?;
         } else if self.take("+") {
             self.signed()?;
         } else {
             self.atom()?;
             if self.take("^") {
                 self.signed()?;
-                self.push(Op::Binary(f64::powf))?;
+                self.push(POWER)?;
             }
         }
         self.nesting -= 1;
@@ -470,6 +416,56 @@ mod tests {
         let constant = Expression::parse("2 * PI", &["x"]).unwrap();
         assert!(constant.is_constant() && !constant.uses("x"));
         assert_eq!(Expression::constant(7.0).eval(&[]), 7.0);
+    }
+
+    /// Derivatives against central differences, for every function and operator.
+    #[test]
+    fn jets_are_derivatives() {
+        let texts = [
+            "sin(x*y)",
+            "cos(x+y^2)",
+            "tan(0.1*x*y)",
+            "asin(0.1*x*y)",
+            "acos(0.1*x*y)",
+            "atan(x*y)",
+            "atan2(x^2, y)",
+            "sinh(x-y)",
+            "cosh(x*y/3)",
+            "tanh(x/y)",
+            "exp(x*y/2)",
+            "ln(x^2+y^2)",
+            "log10(x*y^2+3)",
+            "sqrt(x^2+y)",
+            "abs(y)*x^2",
+            "min(x*y, y^2)",
+            "max(x*y, y^2)",
+            "x^y",
+            "x^3*y^2",
+            "(-x)^3*y",
+            "-x*y + x/y - 2",
+            "if(x > 0, x^2*y, 7)",
+            "x*y*(x > y) + sign(x)*x^2 + floor(x)*y^2 + y*round(x) + ceil(y)*x",
+        ];
+        for text in texts {
+            let f = Expression::parse(text, &["x", "y"]).unwrap();
+            let (x, y) = (1.3, -0.7);
+            let (x, y) = if text == "x^y" || text.starts_with("log10") { (x, 0.7) } else { (x, y) };
+            let jet = f.jet(&[Jet::variable(x, 0), Jet::variable(y, 1)]);
+            assert_eq!(jet.value, f.eval(&[x, y]), "{text}");
+            let e = 1e-4;
+            let at = |i: i32, j: i32| f.eval(&[x + e * f64::from(i), y + e * f64::from(j)]);
+            let first = [(at(1, 0) - at(-1, 0)) / (2.0 * e), (at(0, 1) - at(0, -1)) / (2.0 * e)];
+            let second = [
+                (at(1, 0) - 2.0 * at(0, 0) + at(-1, 0)) / (e * e),
+                (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1)) / (4.0 * e * e),
+                (at(0, 1) - 2.0 * at(0, 0) + at(0, -1)) / (e * e),
+            ];
+            let h = &jet.hessian;
+            assert!(jet.gradient.norm() > 0.01 && h.norm() > 0.01, "{text}: {jet:?}");
+            for (a, b) in first.into_iter().chain(second).zip([jet.gradient[0], jet.gradient[1], h[(0, 0)], h[(0, 1)], h[(1, 1)]]) {
+                assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{text}: {a} {b}");
+            }
+        }
     }
 
     proptest! {

@@ -184,7 +184,11 @@ impl<'a> SurfaceData<'a> {
             curve.push(place);
             let length = l * (1.0 - t.dot(&pull));
             if !(length > 0.0) {
-                return Err(Error::input_with_help("flatten", "the flat boundary does not close", "use a finer mesh, or flatten onto a disc"));
+                return Err(Error::input_with_help(
+                    "flatten",
+                    "the flat boundary does not close",
+                    "use a finer mesh, or flatten onto a disc",
+                ));
             }
             place += Complex::new(t.x, t.y) * length;
         }
@@ -294,7 +298,11 @@ impl<'a> SurfaceData<'a> {
 /// The boundary of a disc, in turn. Error: a mesh that is none.
 fn boundary_of_disc(mesh: &Mesh) -> Result<Vec<usize>> {
     let refuse = |message: String| {
-        Err(Error::input_with_help("flatten", message, "only a surface in one piece with one boundary and no holes or handles is flattened"))
+        Err(Error::input_with_help(
+            "flatten",
+            message,
+            "only a surface in one piece with one boundary and no holes or handles is flattened",
+        ))
     };
     let quality = Quality::of(mesh);
     let (parts, loops, euler) = (quality.components, quality.boundary_loops, quality.euler_characteristic);

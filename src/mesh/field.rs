@@ -51,34 +51,34 @@ impl MeshField {
 
 /// Values of one field inside faces; see [`Mesh::field_sampler`].
 #[derive(Clone, Debug)]
-pub struct FieldSampler<'a> {
-    mesh: &'a Mesh,
-    field: &'a MeshField,
-    /// Edges of each face; empty where the field needs no midpoints.
-    face_edges: Vec<[usize; 3]>,
+pub struct FieldSampler {
+    field: MeshField,
+    entries: Entries,
 }
 
-impl FieldSampler<'_> {
+/// The entries of a field that the value inside a face depends on.
+#[derive(Clone, Debug)]
+enum Entries {
+    OfFace,
+    OfCorners(Vec<[usize; 3]>),
+    OfNodes(Vec<[usize; 6]>),
+}
+
+impl FieldSampler {
     /// The field's numbers at a place of a face, as [`Mesh::field_at`] has them. `None` for a face that does not exist.
     pub fn at(&self, face: usize, place: [f64; 2]) -> Option<Vec<f64>> {
-        let corners = self.mesh.faces.get(face)?;
-        if self.field.on == FieldOn::Faces {
-            return self.field.entry(face).map(<[f64]>::to_vec);
-        }
         let [x, y] = place;
-        match self.face_edges.get(face) {
-            None => self.sum(*corners, [1.0 - x - y, x, y]),
-            Some(edges) => {
-                let ([a, b, c], [d, e, f]) = (*corners, edges.map(|edge| self.mesh.vertices.len() + edge));
-                self.sum([a, b, c, d, e, f], quadratic_shape(place))
-            }
+        match &self.entries {
+            Entries::OfFace => self.field.entry(face).map(<[f64]>::to_vec),
+            Entries::OfCorners(nodes) => self.sum(nodes.get(face)?, &[1.0 - x - y, x, y]),
+            Entries::OfNodes(nodes) => self.sum(nodes.get(face)?, &quadratic_shape(place)),
         }
     }
 
-    fn sum<const N: usize>(&self, nodes: [usize; N], shape: [f64; N]) -> Option<Vec<f64>> {
+    fn sum(&self, nodes: &[usize], shape: &[f64]) -> Option<Vec<f64>> {
         let mut sum = vec![0.0; self.field.components];
-        for (node, weight) in nodes.into_iter().zip(shape) {
-            sum.iter_mut().zip(self.field.entry(node)?).for_each(|(s, v)| *s += weight * v);
+        for (node, weight) in nodes.iter().zip(shape) {
+            sum.iter_mut().zip(self.field.entry(*node)?).for_each(|(s, v)| *s += weight * v);
         }
         Some(sum)
     }
@@ -95,11 +95,20 @@ impl Mesh {
     }
 
     /// Prepares a field for [`FieldSampler::at`] at many places. `None` if there is no such field.
-    pub fn field_sampler(&self, name: &str) -> Option<FieldSampler<'_>> {
-        let field = self.fields.get(name)?;
-        let curved = field.on == FieldOn::Nodes && !self.midpoints.is_empty();
-        let face_edges = if curved { Topology::new(&self.faces).face_edges } else { Vec::new() };
-        Some(FieldSampler { mesh: self, field, face_edges })
+    pub fn field_sampler(&self, name: &str) -> Option<FieldSampler> {
+        let field = self.fields.get(name)?.clone();
+        let entries = match field.on {
+            FieldOn::Faces => Entries::OfFace,
+            FieldOn::Nodes if self.midpoints.is_empty() => Entries::OfCorners(self.faces.clone()),
+            FieldOn::Nodes => {
+                let node = |edge: usize| self.vertices.len() + edge;
+                let edges = Topology::new(&self.faces).face_edges;
+                Entries::OfNodes(
+                    self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[0]), node(e[1]), node(e[2])]).collect(),
+                )
+            }
+        };
+        Some(FieldSampler { field, entries })
     }
 
     /// Straightens the faces: forgets the midpoints and what fields have there.

@@ -4,15 +4,18 @@
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
 mod load;
+mod machine_direction;
 mod mesh;
 mod read;
 mod report;
 mod rest;
+mod scalar;
 mod shell;
 mod solve;
 mod source;
 mod suspicion;
 mod validate;
+mod validate_rest;
 
 use crate::math::Expression;
 
@@ -20,12 +23,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
+pub use machine_direction::{MachineDirection, Transport};
 pub use mesh::{
-    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation,
+    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap,
+    Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
-pub use rest::{Components, Direction, Linear, Pullback, Rest, Sampling};
+pub use rest::{Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Pullback, Rest, Sampling, Shape, Surface};
+pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Solver, Statics};
 pub use suspicion::suspicions;
@@ -36,6 +42,8 @@ pub const TIME: &[&str] = &["t"];
 pub const PLACE: &[&str] = &["x", "y", "z", "r", "theta"];
 /// Variables of an expression of place and time.
 pub const PLACE_AND_TIME: &[&str] = &["x", "y", "z", "r", "theta", "t"];
+/// Variables of an expression of the place in the xy plane.
+pub const PLANE: &[&str] = &["x", "y", "r", "theta"];
 /// Variables of an expression of the place in the xy plane and of time.
 pub const PLANE_AND_TIME: &[&str] = &["x", "y", "r", "theta", "t"];
 /// Variables of a prescribed motion: initial place and time.
@@ -114,6 +122,9 @@ pub struct Scene {
     pub regions: Vec<RegionTable>,
     /// The shell: thickness, material, element.
     pub shell: Shell,
+    /// Where the fibres run. Absent: the material has none.
+    #[serde(default, rename = "machine-direction", skip_serializing_if = "Option::is_none")]
+    pub machine_direction: Option<MachineDirection>,
     /// The rest shape. Absent: the initial shape is the rest shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<Rest>,

@@ -36,11 +36,15 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
     {
         found.push(format!("shell.viscosity = {viscosity} s is longer than the whole run of {} s; is it in Pa s?", dynamics.end));
     }
-    if let Some(linear) = scene.rest.as_ref().and_then(|rest| rest.linear.as_ref()) {
-        for (key, mu) in [("mu", Some(linear.mu)), ("mu_perp", linear.mu_perp)] {
-            if let Some(mu) = mu.filter(|mu| mu.abs() > 0.05) {
-                found.push(format!("rest.linear.{key} = {mu} changes lengths by {} % per percent of moisture; is it per one?", 100.0 * mu));
-            }
+    let rest = scene.rest.as_ref();
+    let linear =
+        rest.and_then(|rest| rest.linear.as_ref()).map(|law| ("linear", vec![law.mu], law.mu_perp.into_iter().collect::<Vec<_>>()));
+    let bilayer =
+        rest.and_then(|rest| rest.bilayer.as_ref()).map(|law| ("bilayer", law.mu.to_vec(), law.mu_perp.into_iter().flatten().collect()));
+    for (law, mu, mu_perp) in linear.into_iter().chain(bilayer) {
+        let along = mu.into_iter().map(|mu| ("mu", mu));
+        for (key, mu) in along.chain(mu_perp.into_iter().map(|mu: f64| ("mu_perp", mu))).filter(|(_, mu)| mu.abs() > 0.05) {
+            found.push(format!("rest.{law}.{key} = {mu} changes lengths by {} % per percent of moisture; is it per one?", 100.0 * mu));
         }
     }
     found

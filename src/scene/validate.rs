@@ -6,7 +6,7 @@ use super::source::Fault;
 use super::*;
 use std::ops::RangeInclusive;
 
-type Check = Result<(), Fault>;
+pub(super) type Check = Result<(), Fault>;
 
 const CELLS: RangeInclusive<usize> = 1..=10_000;
 /// As many as the names of checkpoints have digits for.
@@ -17,11 +17,11 @@ fn fault(key: &str, message: impl Into<String>) -> Fault {
     Fault::new(key.split('.').filter(|part| !part.is_empty()).map(str::to_owned).collect(), message)
 }
 
-fn require(key: &str, condition: bool, message: impl Into<String>) -> Check {
+pub(super) fn require(key: &str, condition: bool, message: impl Into<String>) -> Check {
     if condition { Ok(()) } else { Err(fault(key, message)) }
 }
 
-fn positive(key: &str, value: f64, unit: &str) -> Check {
+pub(super) fn positive(key: &str, value: f64, unit: &str) -> Check {
     require(key, value > 0.0 && value.is_finite(), format!("must be > 0 [{unit}]"))
 }
 
@@ -29,7 +29,7 @@ fn positive_or_absent(key: &str, value: Option<f64>, unit: &str) -> Check {
     value.map_or(Ok(()), |value| positive(key, value, unit))
 }
 
-fn finite(key: &str, values: &[f64], unit: &str) -> Check {
+pub(super) fn finite(key: &str, values: &[f64], unit: &str) -> Check {
     require(key, values.iter().all(|value| value.is_finite()), format!("must be finite [{unit}]"))
 }
 
@@ -37,26 +37,26 @@ fn within<T: PartialOrd + std::fmt::Display>(key: &str, value: T, range: RangeIn
     require(key, range.contains(&value), format!("must be {} to {}", range.start(), range.end()))
 }
 
-fn non_zero(key: &str, vector: &[f64; 3]) -> Check {
+pub(super) fn non_zero(key: &str, vector: &[f64; 3]) -> Check {
     finite(key, vector, "1")?;
     require(key, vector.iter().any(|component| component.abs() > 1e-100), "must not be the zero vector")
 }
 
-fn named(key: &str, name: &str) -> Check {
+pub(super) fn named(key: &str, name: &str) -> Check {
     require(key, !name.trim().is_empty(), "must not be empty")
 }
 
 /// The expression parses with these variables; a constant one must be finite.
-fn expression(key: &str, text: &Expr, variables: &[&str]) -> Check {
+pub(super) fn expression(key: &str, text: &Expr, variables: &[&str]) -> Check {
     let parsed = text.parse(variables).map_err(|message| fault(key, message))?;
     require(key, !parsed.is_constant() || parsed.eval(&[]).is_finite(), "must be finite")
 }
 
-fn optional_expression(key: &str, text: &Option<Expr>, variables: &[&str]) -> Check {
+pub(super) fn optional_expression(key: &str, text: &Option<Expr>, variables: &[&str]) -> Check {
     text.as_ref().map_or(Ok(()), |text| expression(key, text, variables))
 }
 
-fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Expr>, variables: &[&str]) -> Check {
+pub(super) fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Expr>, variables: &[&str]) -> Check {
     texts.into_iter().enumerate().try_for_each(|(i, text)| expression(&format!("{key}.{i}"), text, variables))
 }
 
@@ -71,9 +71,8 @@ pub(super) fn scene(scene: &Scene) -> Check {
     regions(&scene.regions)?;
     time(scene)?;
     shell(scene)?;
-    if let Some(table) = &scene.rest {
-        rest(table)?;
-    }
+    scene.machine_direction.as_ref().map_or(Ok(()), validate_rest::machine_direction)?;
+    scene.rest.as_ref().map_or(Ok(()), |table| validate_rest::rest(table, scene.machine_direction.is_some()))?;
     if let Some(gravity) = &scene.gravity {
         finite("gravity.acceleration", &gravity.acceleration, "m/s2")?;
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
@@ -168,11 +167,13 @@ fn mesh(mesh: &MeshTable) -> Check {
             }
             triangulation("mesh.outline.triangulation", &table.triangulation)
         }
-        MeshTable::File(table) => {
-            require("mesh.file.path", !table.path.as_os_str().is_empty(), "must not be empty")?;
-            positive("mesh.file.scale", table.scale, "m per unit of the file")
-        }
+        MeshTable::File(table) => mesh_file("mesh.file", table),
     }
+}
+
+pub(super) fn mesh_file(key: &str, table: &MeshFile) -> Check {
+    require(&format!("{key}.path"), !table.path.as_os_str().is_empty(), "must not be empty")?;
+    positive(&format!("{key}.scale"), table.scale, "m per unit of the file")
 }
 
 fn jitter(key: &str, jitter: f64, pattern: Pattern) -> Check {
@@ -233,32 +234,6 @@ fn material(key: &str, thickness: Option<f64>, modulus: Option<f64>, ratio: Opti
     let valid = ratio.is_none_or(|ratio| ratio > -1.0 && ratio < 0.5);
     require(&format!("{key}.poissons_ratio"), valid, "must be > -1 and < 0.5")?;
     positive_or_absent(&format!("{key}.density"), density, "kg/m3")
-}
-
-fn rest(rest: &Rest) -> Check {
-    optional_expression("rest.ramp", &rest.ramp, TIME)?;
-    if let Some(Ok(ramp)) = rest.ramp.as_ref().map(|ramp| ramp.parse(TIME)) {
-        require("rest.ramp", !ramp.is_constant() || (0.0..=1.0).contains(&ramp.eval(&[])), "must be 0 to 1")?;
-    }
-    require("rest", rest.pullback.is_none() || rest.linear.is_none(), "at most one law may be given, found `pullback` and `linear`")?;
-    if let Some(law) = &rest.pullback {
-        expressions("rest.pullback.abar", law.abar.iter().flatten(), PLANE_AND_TIME)?;
-        expressions("rest.pullback.bbar", law.bbar.iter().flatten(), PLANE_AND_TIME)?;
-    }
-    let Some(law) = &rest.linear else { return Ok(()) };
-    expression("rest.linear.m_plus", &law.m_plus, PLACE_AND_TIME)?;
-    expression("rest.linear.m_minus", &law.m_minus, PLACE_AND_TIME)?;
-    finite("rest.linear.mu", &[law.mu], "1/%")?;
-    if let Some(mu) = law.mu_perp {
-        finite("rest.linear.mu_perp", &[mu], "1/%")?;
-        require("rest.linear.mu_perp", law.machine_direction.is_some(), "needs `machine_direction` beside it")?;
-    }
-    let Some(direction) = &law.machine_direction else { return Ok(()) };
-    require("rest.linear.machine_direction", law.mu_perp.is_some(), "needs `mu_perp` beside it")?;
-    match direction {
-        Direction::Vector(vector) => non_zero("rest.linear.machine_direction.vector", vector),
-        Direction::Angle(angle) => expression("rest.linear.machine_direction.angle", angle, PLACE),
-    }
 }
 
 fn pin(key: &str, pin: &Pin) -> Check {

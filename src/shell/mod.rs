@@ -4,7 +4,7 @@
 //! - `normal_component`: the part of a vector along the normal of a surface, with derivatives
 //! - `element`: what an element must offer; `linear_free`, `linear_average` and `quadratic` are the three there are
 //! - `energy`: the Koiter energy of any element, with damping, as a [`crate::sparse::Potential`]
-//! - `rest`: growth laws as functions of a point; `rest_linear` and `rest_quadratic`: how an element interpolates them
+//! - `rest`: growth laws as functions of a point, and how an element interpolates them
 //! - `mass`: inertia
 //! - `fields`: what is shown of a state: curvatures, strains, stresses, moments
 //!
@@ -22,8 +22,6 @@ mod normal_component;
 mod quadratic;
 mod quadratic_shape;
 pub mod rest;
-mod rest_linear;
-mod rest_quadratic;
 
 pub use director::{Director, initial_directors};
 pub use element::{Element, Strain};
@@ -33,5 +31,4 @@ pub use linear_average::LinearAverage;
 pub use linear_free::LinearFree;
 pub use mass::{Inertia, Inertial, MassKind};
 pub use quadratic::QuadraticFree;
-pub use rest_linear::LinearInterpolation;
-pub use rest_quadratic::QuadraticInterpolation;
+pub use rest::{LinearInterpolation, QuadraticInterpolation};

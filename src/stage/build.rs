@@ -3,19 +3,19 @@
 //! An absent table becomes no object. What does not change during a run is made once by `setup` and kept in [`Setup`].
 
 use super::loads;
+use super::rest;
 use super::setup::{Held, Setup};
 use super::supports;
 use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
-use crate::model::{HeldUnknown, Motion, Parts, Ramp, RestDriver, ShellModel};
+use crate::model::{HeldUnknown, Motion, Parts, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
-use crate::shell::rest::{Interpolation, Law, Linear, Pullback, Sampling, ScalarField};
-use crate::shell::{
-    Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, LinearInterpolation, MassKind, Measure, QuadraticFree,
-    QuadraticInterpolation, Shell,
-};
+use crate::shell::{Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, MassKind, Measure, QuadraticFree, Shell};
 use nalgebra::Vector3;
+
+/// A scalar of a place [m] and time [s].
+pub type PlaceField = Box<dyn Fn(&Vector3<f64>, f64) -> f64>;
 
 /// Values of all the variables of an expression at a place and time, picked by its list of names.
 pub fn place_values(names: &[&str], p: &Vector3<f64>, t: f64) -> Vec<f64> {
@@ -35,8 +35,8 @@ pub fn expression(key: &str, expr: &Expr, names: &[&str]) -> Result<Expression> 
     expr.parse(names).map_err(|e| Error::input(key, e))
 }
 
-/// A scalar of place and time.
-fn field(key: &str, expr: &Expr, names: &'static [&'static str]) -> Result<ScalarField> {
+/// A scalar of place and time in the initial shape.
+pub fn field(key: &str, expr: &Expr, names: &'static [&'static str]) -> Result<PlaceField> {
     let parsed = expression(key, expr, names)?;
     if parsed.is_constant() {
         let value = parsed.eval(&[]);
@@ -78,54 +78,6 @@ pub fn shell(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
             Box::new(Koiter::new(element, materials, viscosity))
         }
     }
-}
-
-/// The growth law, whether it changes in time, and none for the initial shape.
-fn law(scene: &Scene, setup: &Setup) -> Result<Option<(Box<dyn Law>, bool)>> {
-    let Some(rest) = &scene.rest else { return Ok(None) };
-    let mut changes = false;
-    let mut make = |key: &str, expr: &Expr, names: &'static [&'static str]| {
-        changes |= expression(key, expr, names)?.uses("t");
-        field(key, expr, names)
-    };
-    if let Some(table) = &rest.pullback {
-        let mut form = |key: &str, exprs: &Option<[Expr; 3]>| -> Result<Option<[ScalarField; 3]>> {
-            let Some([a, b, c]) = exprs else { return Ok(None) };
-            Ok(Some([make(key, a, scene::PLANE_AND_TIME)?, make(key, b, scene::PLANE_AND_TIME)?, make(key, c, scene::PLANE_AND_TIME)?]))
-        };
-        let (abar, bbar) = (form("rest.pullback.abar", &table.abar)?, form("rest.pullback.bbar", &table.bbar)?);
-        let polar = table.components == scene::Components::Polar;
-        return Ok(Some((Box::new(Pullback { abar, bbar, polar }), changes)));
-    }
-    if let Some(table) = &rest.linear {
-        let m_plus = make("rest.linear.m_plus", &table.m_plus, scene::PLACE_AND_TIME)?;
-        let m_minus = make("rest.linear.m_minus", &table.m_minus, scene::PLACE_AND_TIME)?;
-        let fibres = table.mu_perp.zip(setup.machine_direction.clone());
-        return Ok(Some((Box::new(Linear { m_plus, m_minus, mu: table.mu, fibres }), changes)));
-    }
-    Ok(None)
-}
-
-/// What drives the rest forms, if anything does.
-pub fn rest(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Option<RestDriver>> {
-    let Some((law, changes)) = law(scene, setup)? else { return Ok(None) };
-    let table = scene.rest.clone().unwrap_or_default();
-    let ramp: Option<Ramp> = match &table.ramp {
-        Some(expr) => Some(of_time("rest.ramp", expr)?),
-        None if scene.statics.is_some() && !changes => Some(Box::new(|t| t)),
-        None => None,
-    };
-    let sampling = match table.sampling {
-        scene::Sampling::Edges => Sampling::Edges,
-        scene::Sampling::Centroid => Sampling::Centroid,
-    };
-    let (mesh, topology, initial) = (mesh.clone(), topology.clone(), setup.initial_forms.clone());
-    let thickness = setup.materials.iter().map(|m| m.thickness).collect();
-    let interpolation: Box<dyn Interpolation> = match scene.shell.element {
-        scene::Element::Linear => Box::new(LinearInterpolation { mesh, topology, sampling, initial, thickness }),
-        scene::Element::Quadratic => Box::new(QuadraticInterpolation { mesh, topology, sampling, initial, thickness }),
-    };
-    Ok(Some(RestDriver::new(law, changes, interpolation, ramp, setup.initial_forms.clone())))
 }
 
 /// Nodes and mass matrices of all faces, and the mass that each node carries [kg].
@@ -189,7 +141,7 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         shell: shell(scene, mesh, topology, setup),
         inertia: if scene.dynamics.is_some() { masses.map(|m| m.inertia) } else { None },
         loads,
-        rest: rest(scene, mesh, topology, setup)?,
+        rest: rest::driver(scene, mesh, topology, setup)?,
         initial_forms: setup.initial_forms.clone(),
         held,
         velocities: velocities(scene, &positions)?,
@@ -232,14 +184,4 @@ fn velocities(scene: &Scene, nodes: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>
         Some(v) => Err(Error::input("dynamics.velocity", format!("is not finite at vertex {v}"))),
         None => Ok(velocities),
     }
-}
-
-/// Moisture at the two sides of each node [%] at a time, where the scene has any: top, bottom.
-pub fn moisture(scene: &Scene, mesh: &Mesh, time: f64) -> Result<Option<[Vec<f64>; 2]>> {
-    let Some(linear) = scene.rest.as_ref().and_then(|r| r.linear.as_ref()) else { return Ok(None) };
-    let side = |key: &str, expr: &Expr| -> Result<Vec<f64>> {
-        let field = field(key, expr, scene::PLACE_AND_TIME)?;
-        Ok(mesh.nodes().iter().map(|p| field(p, time)).collect())
-    };
-    Ok(Some([side("rest.linear.m_plus", &linear.m_plus)?, side("rest.linear.m_minus", &linear.m_minus)?]))
 }

@@ -3,7 +3,7 @@
 use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
-use crate::scene::{FlattenOnto, MeshTable, PinDirector, Scene, Shell};
+use crate::scene::{FlattenOnto, MachineDirection, MeshTable, PinDirector, Rest, Scene, Shell};
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -34,15 +34,11 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if !scene.title.is_empty() {
         parts.insert(0, ("title", scene.title.clone()));
     }
+    if let Some(direction) = &scene.machine_direction {
+        parts.push(("fibres", machine_direction(direction)));
+    }
     if let Some(rest) = &scene.rest {
-        let law = if rest.pullback.is_some() {
-            "pullback"
-        } else if rest.linear.is_some() {
-            "linear"
-        } else {
-            "initial shape"
-        };
-        parts.push(("rest", law.to_owned()));
+        parts.push(("rest", rest_laws(rest)));
     }
     if let Some(gravity) = &scene.gravity {
         let [x, y, z] = gravity.acceleration;
@@ -92,10 +88,39 @@ fn flattened(onto: FlattenOnto, mesh: &Mesh) -> String {
         FlattenOnto::Disc => "disc",
         FlattenOnto::Natural => "natural boundary",
     };
-    let [least, most] = mesh.fields.get(conformal::FACTOR).map_or([0.0; 2], |factor| {
-        [f64::min, f64::max].map(|extreme| factor.data.iter().copied().reduce(extreme).unwrap_or_default())
-    });
+    let [least, most] = mesh
+        .fields
+        .get(conformal::FACTOR)
+        .map_or([0.0; 2], |factor| [f64::min, f64::max].map(|extreme| factor.data.iter().copied().reduce(extreme).unwrap_or_default()));
     format!("{shape}, lengths were {:.4} to {:.4} times as long", least.exp(), most.exp())
+}
+
+/// The laws in the order in which they follow one another.
+fn rest_laws(rest: &Rest) -> String {
+    let laws = [
+        ("pullback", rest.pullback.is_some()),
+        ("surface", rest.surface.is_some()),
+        ("shape", rest.shape.is_some()),
+        ("isotropic", rest.isotropic.is_some()),
+        ("orthotropic", rest.orthotropic.is_some()),
+        ("linear", rest.linear.is_some()),
+        ("bilayer", rest.bilayer.is_some()),
+        ("prestress", rest.prestress.is_some()),
+    ];
+    let names: Vec<&str> = laws.iter().filter(|(_, there)| *there).map(|(name, _)| *name).collect();
+    if names.is_empty() { "initial shape".to_owned() } else { names.join(", then ") }
+}
+
+fn machine_direction(direction: &MachineDirection) -> String {
+    match direction {
+        MachineDirection::Vector([x, y, z]) => format!("along ({x}, {y}, {z})"),
+        MachineDirection::Angle(_) => "at an angle in the xy plane".to_owned(),
+        MachineDirection::Radial(_) => "radial".to_owned(),
+        MachineDirection::Azimuthal(_) => "azimuthal".to_owned(),
+        MachineDirection::Gradient(_) => "along a gradient".to_owned(),
+        MachineDirection::Field(name) => format!("field {name}"),
+        MachineDirection::Transport(_) => "transported".to_owned(),
+    }
 }
 
 fn describe_shell(shell: &Shell) -> String {

@@ -1,6 +1,7 @@
 //! The fields of a state that are exported and reported: computed from a snapshot, never stored in checkpoints.
 
 use super::build;
+use super::rest;
 use super::setup::Setup;
 use crate::error::{Error, Result};
 use crate::math::quadrature::GAUSS_2;
@@ -25,12 +26,12 @@ pub struct Fields<'a> {
 
 /// Names and numbers of components of the fields that a scene has.
 pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
-    let linear = scene.rest.as_ref().and_then(|r| r.linear.as_ref());
+    let swells = scene.rest.as_ref().is_some_and(|r| r.linear.is_some() || r.bilayer.is_some());
     let mut names = vec![("displacement", 3)];
     names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));
-    names.extend(linear.into_iter().flat_map(|_| [("moisture_top", 1), ("moisture_bottom", 1)]));
+    names.extend([("moisture_top", 1), ("moisture_bottom", 1)].into_iter().filter(|_| swells));
     names.extend(NAMES.iter().map(|(name, n, _)| (*name, *n)));
-    names.extend(linear.and_then(|l| l.machine_direction.as_ref()).map(|_| ("machine_direction", 3)));
+    names.extend(scene.machine_direction.as_ref().map(|_| ("machine_direction", 3)));
     names
 }
 
@@ -79,7 +80,7 @@ impl<'a> Fields<'a> {
             topology,
             setup,
             shell: build::shell(scene, mesh, topology, setup),
-            rest: build::rest(scene, mesh, topology, setup)?,
+            rest: rest::driver(scene, mesh, topology, setup)?,
         })
     }
 
@@ -109,7 +110,7 @@ impl<'a> Fields<'a> {
         if let Some(velocity) = snapshot.field("velocity") {
             point_data.push(point("velocity", 3, "m/s", velocity.data.clone()));
         }
-        if let Some([top, bottom]) = build::moisture(self.scene, self.mesh, snapshot.time)? {
+        if let Some([top, bottom]) = rest::moisture(self.scene, self.mesh, snapshot.time)? {
             point_data.extend([point("moisture_top", 1, "%", top), point("moisture_bottom", 1, "%", bottom)]);
         }
         let (cell_data, areas) = self.cells(&all, &rest);

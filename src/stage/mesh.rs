@@ -6,7 +6,7 @@ use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archiv
 use crate::error::{Error, Result};
 use crate::mesh::conformal::Onto;
 use crate::mesh::midpoints::{self, Surface};
-use crate::mesh::{Mesh, Quality, generate, import, validate};
+use crate::mesh::{FieldOn, Mesh, MeshField, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -37,16 +37,25 @@ pub fn path(job: &Job) -> PathBuf {
 
 /// Hash of what the stage's file is made from: its tables and the mesh file, if there is one.
 pub fn inputs(job: &Job) -> Result<String> {
-    let json = |value: serde_json::Result<String>| value.map_err(|e| Error::input("scene", e.to_string()));
-    let regions = json(serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.flatten)))?;
-    // A file counts by what is in it, not by where it is.
-    let contents = job.scene.mesh.file().map(|file| hash::file(&beside(&job.scene_file, file))).transpose()?;
-    let mut table = job.scene.mesh.clone();
+    let regions = serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.flatten))
+        .map_err(|e| Error::input("scene", e.to_string()))?;
+    let mesh = of_table(&job.scene.mesh, &job.scene_file)?;
+    let shape = match job.scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
+        Some(scene::Shape::File(table)) => of_table(&MeshTable::File(table.clone()), &job.scene_file)?,
+        _ => String::new(),
+    };
+    Ok(hash::of(&[mesh.as_bytes(), regions.as_bytes(), shape.as_bytes()]))
+}
+
+/// What a mesh counts by: its table and what is in its file, if it has one, not where that is.
+fn of_table(table: &MeshTable, scene_file: &Path) -> Result<String> {
+    let contents = table.file().map(|file| hash::file(&beside(scene_file, file))).transpose()?;
+    let mut table = table.clone();
     if let Some(file) = table.file_mut() {
         file.clear();
     }
-    let mesh = json(serde_json::to_string(&table))?;
-    Ok(hash::of(&[mesh.as_bytes(), contents.unwrap_or_default().as_bytes(), regions.as_bytes()]))
+    let table = serde_json::to_string(&table).map_err(|e| Error::input("scene", e.to_string()))?;
+    Ok(table + &contents.unwrap_or_default())
 }
 
 /// Reads what the stage wrote. Errors: a file that is missing, damaged or stale.
@@ -103,6 +112,31 @@ pub fn near(mesh: &Mesh, vertex: usize, place: &Vector3<f64>) -> Result<(), Stri
     }
     let (x, y, z) = (place.x, place.y, place.z);
     Err(format!("the vertex nearest to ({x}, {y}, {z}) m is {distance:.3e} m away from it, on a mesh of {size:.3e} m"))
+}
+
+/// The field that holds the nodes of the rest shape, where a file gives it.
+pub const REST_SHAPE: &str = "rest_shape";
+
+/// Positions of the nodes in another mesh file with the same faces.
+fn other_shape(path: &Path, table: &scene::MeshFile, mesh: &Mesh) -> Result<MeshField> {
+    let place = path.display().to_string();
+    let (mut other, _) = import::read(path, table.scale)?;
+    validate::check(&mut other, &place)?;
+    if other.faces != mesh.faces {
+        let differs = other.faces.iter().zip(&mesh.faces).position(|(a, b)| a != b);
+        let what = differs.map_or(format!("it has {} faces", other.faces.len()), |f| format!("face {f} has other vertices"));
+        return Err(Error::input(place, format!("its faces are not those of the mesh, which has {} faces: {what}", mesh.faces.len())));
+    }
+    if mesh.midpoints.is_empty() {
+        other.drop_midpoints();
+    } else if other.midpoints.is_empty() {
+        midpoints::place(&mut other, if table.midpoints == scene::Midpoints::Smooth { Surface::Smooth } else { Surface::Plane });
+    }
+    let data: Vec<f64> = other.nodes().iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+    if data.len() != 3 * mesh.nodes().len() {
+        return Err(Error::input(place, format!("it has {} vertices, the mesh {}", other.vertices.len(), mesh.vertices.len())));
+    }
+    Ok(MeshField { on: FieldOn::Nodes, components: 3, data })
 }
 
 /// Makes the mesh with all its regions, and warnings about it.
@@ -183,6 +217,13 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
         };
         mesh.flatten(onto)?;
         warnings.extend(validate::check(&mut mesh, "flatten")?);
+    }
+    if let Some(scene::Shape::File(table)) = scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
+        let path = beside(scene_file, &table.path);
+        let shape = other_shape(&path, table, &mesh)?;
+        if mesh.fields.insert(REST_SHAPE.to_owned(), shape).is_some() {
+            return Err(Error::input("rest.shape.file", format!("the mesh file has a field '{REST_SHAPE}' already")));
+        }
     }
     for (i, table) in scene.regions.iter().enumerate() {
         let key = format!("region.{i}");

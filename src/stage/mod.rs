@@ -8,6 +8,7 @@ mod fields;
 mod loads;
 pub mod mesh;
 pub mod report;
+mod rest;
 pub mod run;
 pub mod setup;
 pub mod status;
@@ -75,7 +76,11 @@ impl Job {
             return Ok(());
         }
         let mut scene = self.scene.clone();
-        if let Some(file) = scene.mesh.file_mut() {
+        let shape = match scene.rest.as_mut().and_then(|rest| rest.shape.as_mut()) {
+            Some(scene::Shape::File(table)) => Some(&mut table.path),
+            _ => None,
+        };
+        for file in scene.mesh.file_mut().into_iter().chain(shape) {
             let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&*file);
             *file = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
         }

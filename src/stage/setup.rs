@@ -1,14 +1,14 @@
 //! `setup`: materials, machine direction, supports, rest forms and the first state (`setup.h5`).
 
-use super::build::{self, place_values};
-use super::supports;
+use super::build;
 use super::{Job, mesh as mesh_stage};
+use super::{rest, supports};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
 use crate::model::StepFailure;
-use crate::scene::{self, Direction, Scene};
-use crate::shell::rest::{Forms, machine_direction};
+use crate::scene::Scene;
+use crate::shell::rest::Forms;
 use crate::shell::{Director, Material};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
@@ -70,7 +70,7 @@ pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
     let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
     let start = (s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity));
-    let tables = serde_json::to_string(&(&s.shell, &s.rest, loads, &s.pins, start));
+    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
@@ -88,9 +88,6 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     let mut setup = Setup::default();
     set_materials(&mut setup, scene, mesh)?;
     (setup.held, setup.held_directors) = supports::find(scene, mesh, &topology)?;
-    if let Some(table) = scene.rest.as_ref().and_then(|r| r.linear.as_ref()).and_then(|l| l.machine_direction.as_ref()) {
-        setup.machine_direction = Some(set_direction(table, mesh)?);
-    }
     let shell = build::shell(scene, mesh, &topology, &setup);
     let mut x: Vec<f64> = mesh.nodes().iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(shell.unknowns(), 0.0);
@@ -98,7 +95,8 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     if let Some(f) = setup.initial_forms.iter().position(|f| !f.is_admissible()) {
         return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / shell.points())));
     }
-    setup.rest_forms = match build::rest(scene, mesh, &topology, &setup)? {
+    setup.machine_direction = rest::machine_direction(scene, mesh, &topology, &setup)?;
+    setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup)? {
         Some(mut driver) => {
             // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
             driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
@@ -149,21 +147,6 @@ fn set_materials(setup: &mut Setup, scene: &Scene, mesh: &Mesh) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn set_direction(table: &Direction, mesh: &Mesh) -> Result<Vec<[f64; 2]>> {
-    let key = "rest.linear.machine_direction";
-    match table {
-        Direction::Vector(v) => machine_direction(mesh, |_| Vector3::from(*v)),
-        Direction::Angle(angle) => {
-            let angle = build::expression(key, angle, scene::PLACE)?;
-            machine_direction(mesh, |p| {
-                let degrees = angle.eval(&place_values(scene::PLACE, p, 0.0));
-                Vector3::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0)
-            })
-        }
-    }
-    .map_err(|e| Error::input(key, e))
 }
 
 fn rows(forms: &[Forms]) -> Array {

@@ -37,6 +37,8 @@ mod pipeline_support;
 mod pipeline_wrong;
 mod report_measures;
 mod report_tables;
+mod rest_directions;
+mod rest_laws;
 mod scene_fuzz;
 mod scene_reading;
 mod scene_wrong;

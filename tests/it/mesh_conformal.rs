@@ -208,7 +208,10 @@ fn shallow_cap_on_its_natural_boundary() {
 #[test]
 fn one_cell_and_slender_shapes() {
     // No vertex inside: the boundary carries the map.
-    for mesh in [rectangle([1.0, 1.0], [1, 1], Pattern::Diagonal, 0.0, 0).unwrap(), rectangle([3.0, 1.0], [3, 1], Pattern::Diagonal, 0.0, 0).unwrap()] {
+    for mesh in [
+        rectangle([1.0, 1.0], [1, 1], Pattern::Diagonal, 0.0, 0).unwrap(),
+        rectangle([3.0, 1.0], [3, 1], Pattern::Diagonal, 0.0, 0).unwrap(),
+    ] {
         for onto in [DISC, Onto::Natural] {
             flatten(&mesh, onto).unwrap();
         }
@@ -371,15 +374,12 @@ fn contiguous_states_become_a_disc() {
     let sandbox = Sandbox::new(&scene);
     sandbox.ok(&["mesh", "scene.toml"]);
     let mesh = mesh_of(&sandbox);
-    let original: Vec<Vector3<f64>> =
-        mesh.fields["original_position"].data.chunks_exact(3).map(Vector3::from_column_slice).collect();
+    let original: Vec<Vector3<f64>> = mesh.fields["original_position"].data.chunks_exact(3).map(Vector3::from_column_slice).collect();
     let shape = Mesh { vertices: original, ..mesh.clone() };
     let total: f64 = shape.faces.iter().map(|f| area(&shape, f)).sum();
     assert!((total / PI - 1.0).abs() < 1e-3, "{total}");
-    let flat = Flattened {
-        vertices: mesh.vertices.iter().map(Vector3::xy).collect(),
-        log_scale: mesh.fields["conformal_factor"].data.clone(),
-    };
+    let flat =
+        Flattened { vertices: mesh.vertices.iter().map(Vector3::xy).collect(), log_scale: mesh.fields["conformal_factor"].data.clone() };
     for (v, on) in is_boundary(&mesh).into_iter().enumerate() {
         let r = flat.vertices[v].norm();
         assert!(if on { (r - 1.0).abs() < 1e-14 } else { r < 1.0 }, "vertex {v} at {r}");
@@ -389,7 +389,11 @@ fn contiguous_states_become_a_disc() {
         assert!((b - a).perp(&(c - a)) > 0.0);
     }
     let error = quasi_conformal_error(&shape, &flat);
-    println!("{} faces, ratio of stretches {error:.3}, log scale inside {:.3}", mesh.faces.len(), length_error(&shape, &flat, |p| p.norm() < 0.7));
+    println!(
+        "{} faces, ratio of stretches {error:.3}, log scale inside {:.3}",
+        mesh.faces.len(),
+        length_error(&shape, &flat, |p| p.norm() < 0.7)
+    );
     assert!(error < 0.1, "{error}");
     assert!(length_error(&shape, &flat, |p| p.norm() < 0.7) < 0.02);
 }

@@ -290,7 +290,10 @@ fn bad_outlines_are_refused_with_their_corner() {
     refused(outline(POINTS, &touching, &[], Triangulation { size: 2.5e-4, ..t }), &["mesh.outline.points"]);
     refused(outline(POINTS, &square, &[hole(2.0, 2.0, 0.1)], t), &["mesh.outline.holes[0]", "outside"]);
     refused(outline(POINTS, &square, &[hole(0.9, 0.5, 0.3)], t), &["meets another side"]);
-    refused(outline(POINTS, &square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.1)], t), &["mesh.outline.holes[1]", "inside mesh.outline.holes[0]"]);
+    refused(
+        outline(POINTS, &square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.1)], t),
+        &["mesh.outline.holes[1]", "inside mesh.outline.holes[0]"],
+    );
     refused(outline(POINTS, &square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.5)], t), &["meets another side"]);
     refused(outline(POINTS, &square, &[vec![[-1.0, -1.0], [3.0, -1.0], [0.5, 4.0]]], t), &["mesh.outline.holes[0]", "outside"]);
     refused(outline(POINTS, &square, &[], Triangulation { size: 1e-5, ..t }), &["mesh.outline.triangulation.size", "faces"]);

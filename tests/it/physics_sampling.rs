@@ -4,7 +4,7 @@ use crate::physics_case::{Kind, capped, forms, free, model, shell, unknowns};
 use nalgebra::Vector3;
 use thinshell::mesh::{Mesh, Topology, generate};
 use thinshell::model::RestDriver;
-use thinshell::shell::rest::{Pullback, Sampling, ScalarField};
+use thinshell::shell::rest::{Components, Pullback, Sampling, ScalarField, Site};
 use thinshell::shell::{LinearInterpolation, Material};
 
 /// Energy over `E h^3` of the annulus r in [0.1, 1.1] with the metric of the unit sphere and no rest curvature, relaxed from the exact cap.
@@ -14,8 +14,9 @@ fn energy(pattern: generate::Pattern, cells: [usize; 2], h: f64, sampling: Sampl
     let material = Material { thickness: h, youngs_modulus: 1.0, poissons_ratio: 0.3 };
     let shell = shell(Kind::Tan, &cap, &free(&cap), material);
     let rest = forms(&shell.forms(&unknowns(&*shell, &cap)));
-    let field = |f: fn(f64) -> f64| -> ScalarField { Box::new(move |p: &Vector3<f64>, _| f(p.x.hypot(p.y))) };
-    let law = Pullback { abar: Some([field(|_| 1.0), field(|_| 0.0), field(|r| r.sin() * r.sin())]), bbar: None, polar: true };
+    let field = |f: fn(f64) -> f64| -> ScalarField { Box::new(move |site: &Site, _| f(site.position.xy().norm())) };
+    let law =
+        Pullback { abar: Some([field(|_| 1.0), field(|_| 0.0), field(|r| r.sin() * r.sin())]), bbar: None, components: Components::Polar };
     let topology = Topology::new(&flat.faces);
     let thickness = vec![h; flat.faces.len()];
     let interpolation = LinearInterpolation { mesh: flat.clone(), topology, sampling, initial: rest.clone(), thickness };

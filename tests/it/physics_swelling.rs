@@ -12,7 +12,7 @@ fn sheet(angle: f64, top: f64, bottom: f64) -> String {
     format!(
         "[mesh.rectangle]\nsize = [0.05, 0.05]\ncells = [16, 16]\npattern = \"criss-cross\"\n{}\
          [shell]\nelement = \"linear\"\nthickness = {THICKNESS}\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
-         [rest.linear]\nm_plus = {top}\nm_minus = {bottom}\nmu = {MU}\nmu_perp = 0.0\nmachine_direction = {{ angle = {angle:?} }}\n[statics]\nsteps = 3\n",
+         [rest.linear]\nm_plus = {top}\nm_minus = {bottom}\nmu = {MU}\nmu_perp = 0.0\n[machine-direction]\nangle = {angle:?}\n[statics]\nsteps = 3\n",
         six_pins(0.025, 0.025, 0.003125, 0.003125)
     )
 }
@@ -88,7 +88,7 @@ fn machine_direction_stretches_along_and_across_the_fibres() {
     for angle in [0.0, 90.0, 30.0, -77.0] {
         let scene = format!(
             "[mesh.rectangle]\nsize = [1.0, 1.0]\ncells = [3, 3]\njitter = 0.3\n[shell]\nelement = \"linear\"\nthickness = 0.01\ndensity = 1.0\nyoungs_modulus = 1.0\npoissons_ratio = 0.3\n\
-             [rest.linear]\nm_plus = {m}\nm_minus = {m}\nmu = {mu}\nmu_perp = {mu_perp}\nmachine_direction = {{ angle = {angle:?} }}\n[dynamics]\ndt = 1.0\nend = 1.0\n"
+             [rest.linear]\nm_plus = {m}\nm_minus = {m}\nmu = {mu}\nmu_perp = {mu_perp}\n[machine-direction]\nangle = {angle:?}\n[dynamics]\ndt = 1.0\nend = 1.0\n"
         );
         for sampling in ["edges", "centroid"] {
             let (mesh, setup, _) = set_up(&format!("{scene}[rest]\nsampling = \"{sampling}\"\n")).unwrap();
@@ -111,7 +111,7 @@ fn machine_direction_stretches_along_and_across_the_fibres() {
 fn no_moisture_changes_nothing_on_a_curved_shell() {
     let (_, setup, _) = set_up(
         "[mesh.cylinder]\nradius = 0.1\nlength = 0.2\nangle = 150.0\ncells = [8, 6]\n[shell]\nelement = \"linear\"\nthickness = 0.01\ndensity = 1.0\nyoungs_modulus = 1.0\npoissons_ratio = 0.3\n\
-         [rest.linear]\nm_plus = 0.0\nm_minus = 0.0\nmu = 0.01\nmu_perp = 0.02\nmachine_direction = { vector = [0.0, 1.0, 1.0] }\n[dynamics]\ndt = 1.0\nend = 1.0\n",
+         [rest.linear]\nm_plus = 0.0\nm_minus = 0.0\nmu = 0.01\nmu_perp = 0.02\n[machine-direction]\nvector = [0.0, 1.0, 1.0]\n[dynamics]\ndt = 1.0\nend = 1.0\n",
     )
     .unwrap();
     // A face in a corner can be as flat as its neighbours; most are not.

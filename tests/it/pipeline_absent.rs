@@ -102,7 +102,7 @@ fn growth() {
 
 #[test]
 fn a_machine_direction() {
-    let fibres = with(DYNAMIC, "mu = 0.01", "mu = 0.01\nmu_perp = 0.03\nmachine_direction = { vector = [1, 1, 0] }");
+    let fibres = with(DYNAMIC, "mu = 0.01", "mu = 0.01\nmu_perp = 0.03\n[machine-direction]\nvector = [1, 1, 0]");
     assert_traceless(&fibres, DYNAMIC, &["machine"]);
 }
 

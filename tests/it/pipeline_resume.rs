@@ -44,7 +44,7 @@ fn with_other_directors_and_masses() {
 
 #[test]
 fn with_a_machine_direction() {
-    let fibres = "mu = 0.01\nmu_perp = 0.03\nmachine_direction = { angle = \"30 + 100 * x\" }";
+    let fibres = "mu = 0.01\nmu_perp = 0.03\n[machine-direction]\nangle = \"30 + 100 * x\"";
     assert_same(&with(DYNAMIC, "mu = 0.01", fibres), &[7]);
 }
 

@@ -78,10 +78,10 @@ fn what_is_not_a_number_somewhere() {
     ] {
         assert_refused(DYNAMIC, &[change], words);
     }
-    let law = with(DYNAMIC, "mu = 0.01", "mu = 0.01\nmu_perp = 0.02\nmachine_direction = { angle = 'sqrt(0.03 - x)' }");
-    assert_refused(&law, &[], &["rest.linear.machine_direction", "face "]);
-    let vertical = with(DYNAMIC, "mu = 0.01", "mu = 0.01\nmu_perp = 0.02\nmachine_direction = { vector = [0, 0, 1] }");
-    assert_refused(&vertical, &[], &["rest.linear.machine_direction", "has no part in the face"]);
+    let law = with(DYNAMIC, "mu = 0.01", "mu = 0.01\nmu_perp = 0.02\n[machine-direction]\nangle = 'sqrt(0.03 - x)'");
+    assert_refused(&law, &[], &["machine-direction", "face "]);
+    let vertical = with(DYNAMIC, "mu = 0.01", "mu = 0.01\nmu_perp = 0.02\n[machine-direction]\nvector = [0, 0, 1]");
+    assert_refused(&vertical, &[], &["machine-direction", "has no part in the face"]);
     for (change, words) in [
         ("rest.pullback.bbar=['1 / (x - x)', 0, 0]", &["rest", "face 0"][..]),
         ("rest.pullback.abar=['0.03 - x', 0, 1]", &["rest", "face "]),

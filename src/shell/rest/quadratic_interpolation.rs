@@ -1,8 +1,8 @@
 //! Rest forms of the quadratic element from a growth law (PHYSICS A3): the Regge interpolant of the law's metric, as of the present one.
 
-use super::linear_free::TANGENT as DIRECTION;
-use super::quadratic_shape::{POINTS, REGGE, edge_point, gradient, linear, shape};
-use super::rest::{Forms, Interpolation, Law, Sampling, Site, admissible, on};
+use super::super::linear_free::TANGENT as DIRECTION;
+use super::super::quadratic_shape::{POINTS, REGGE, edge_point, gradient, linear, shape};
+use super::{Forms, Interpolation, Law, Sampling, Site, admissible, ask, on};
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Vector2, Vector3};
 
@@ -28,24 +28,6 @@ impl QuadraticInterpolation {
         let (corners, edges) = (self.mesh.faces[face], self.topology.face_edges[face]);
         std::array::from_fn(|p| if p < 3 { self.mesh.vertices[corners[p]] } else { self.mesh.midpoints[edges[p - 3]] })
     }
-
-    /// The law at a place of the reference triangle.
-    fn ask(&self, law: &dyn Law, face: usize, place: [f64; 2], time: f64) -> Result<Forms, String> {
-        let nodes = self.nodes(face);
-        let sum = |weights: &[f64; 6]| nodes.iter().zip(weights).map(|(x, w)| x * *w).sum::<Vector3<f64>>();
-        let weights = linear(place);
-        let mix =
-            |of: fn(&Forms) -> &[f64; 3]| std::array::from_fn(|c| (0..3).map(|k| weights[k] * of(&self.initial[3 * face + k])[c]).sum());
-        let initial = Forms { a: mix(|f| &f.a), b: mix(|f| &f.b) };
-        let site = Site {
-            face,
-            position: sum(&shape(place)),
-            tangents: gradient(place).map(|s| sum(&s)),
-            initial,
-            thickness: self.thickness[face],
-        };
-        law.forms(&site, time).map_err(|e| format!("face {face}: {e}"))
-    }
 }
 
 impl Interpolation for QuadraticInterpolation {
@@ -54,7 +36,7 @@ impl Interpolation for QuadraticInterpolation {
         let mut forms = Vec::with_capacity(3 * faces);
         for f in 0..faces {
             for place in POINTS {
-                forms.push(self.ask(law, f, place, time)?);
+                forms.push(ask(self, law, f, place, time)?);
             }
         }
         if self.sampling == Sampling::Centroid {
@@ -68,7 +50,7 @@ impl Interpolation for QuadraticInterpolation {
                 let t = Vector2::from(DIRECTION[side.local]);
                 let along = self.topology.face_edge_signs[side.face][side.local] > 0.0;
                 for g in 0..2 {
-                    let a = self.ask(law, side.face, edge_point(side.local, g), time)?.a;
+                    let a = ask(self, law, side.face, edge_point(side.local, g), time)?.a;
                     squares[e][if along { g } else { 1 - g }] += on(&a, t, t) / count;
                 }
             }
@@ -89,5 +71,20 @@ impl Interpolation for QuadraticInterpolation {
             }
         }
         admissible(forms, 3)
+    }
+    fn site(&self, face: usize, place: [f64; 2]) -> Site {
+        let nodes = self.nodes(face);
+        let sum = |weights: &[f64; 6]| nodes.iter().zip(weights).map(|(x, w)| x * *w).sum::<Vector3<f64>>();
+        let weights = linear(place);
+        let mix =
+            |of: fn(&Forms) -> &[f64; 3]| std::array::from_fn(|c| (0..3).map(|k| weights[k] * of(&self.initial[3 * face + k])[c]).sum());
+        Site {
+            face,
+            place,
+            position: sum(&shape(place)),
+            tangents: gradient(place).map(|s| sum(&s)),
+            initial: Forms { a: mix(|f| &f.a), b: mix(|f| &f.b) },
+            thickness: self.thickness[face],
+        }
     }
 }

@@ -1,10 +1,10 @@
 //! Rest forms of the linear element from a growth law (PHYSICS A3): three edge lengths make a metric.
 
-use super::linear_free::TANGENT;
-use super::rest::{Forms, Interpolation, Law, Sampling, Site, admissible, on};
+use super::super::linear_free::TANGENT;
+use super::{Forms, Interpolation, Law, Sampling, Site, admissible, ask, on};
 use crate::math::quadrature::GAUSS;
 use crate::mesh::{Mesh, Topology};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 /// Interpolation on the faces of a mesh.
 ///
@@ -24,21 +24,16 @@ pub struct LinearInterpolation {
 }
 
 impl LinearInterpolation {
-    fn ask(&self, law: &dyn Law, face: usize, position: Vector3<f64>, time: f64) -> Result<Forms, String> {
-        let [v0, v1, v2] = self.mesh.faces[face].map(|v| self.mesh.vertices[v]);
-        let site = Site { face, position, tangents: [v1 - v0, v2 - v0], initial: self.initial[face], thickness: self.thickness[face] };
-        law.forms(&site, time).map_err(|e| format!("face {face}: {e}"))
-    }
-
     /// Rest length of an edge [m].
     fn length(&self, law: &dyn Law, edge: usize, time: f64) -> Result<f64, String> {
-        let [p, q] = self.topology.edges[edge].map(|v| self.mesh.vertices[v]);
         let mut length = 0.0;
         for (s, weight) in GAUSS {
             let (mut square, mut count) = (0.0, 0.0);
             for side in self.topology.edge_faces[edge].iter().flatten() {
                 let t = Vector2::from(TANGENT[side.local]);
-                square += on(&self.ask(law, side.face, p * (1.0 - s) + q * s, time)?.a, t, t);
+                let along = self.topology.face_edge_signs[side.face][side.local] > 0.0;
+                let place = edge_place(side.local, if along { s } else { 1.0 - s });
+                square += on(&ask(self, law, side.face, place, time)?.a, t, t);
                 count += 1.0;
             }
             if !(square > 0.0) {
@@ -54,8 +49,8 @@ impl LinearInterpolation {
 impl Interpolation for LinearInterpolation {
     fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, String> {
         let mut forms = Vec::with_capacity(self.mesh.faces.len());
-        for (f, face) in self.mesh.faces.iter().enumerate() {
-            forms.push(self.ask(law, f, face.iter().map(|v| self.mesh.vertices[*v]).sum::<Vector3<f64>>() / 3.0, time)?);
+        for f in 0..self.mesh.faces.len() {
+            forms.push(ask(self, law, f, [1.0 / 3.0; 2], time)?);
         }
         if self.sampling == Sampling::Edges {
             let lengths = (0..self.topology.edges.len()).map(|e| self.length(law, e, time)).collect::<Result<Vec<f64>, String>>()?;
@@ -66,4 +61,15 @@ impl Interpolation for LinearInterpolation {
         }
         admissible(forms, 1)
     }
+    fn site(&self, face: usize, place: [f64; 2]) -> Site {
+        let [v0, v1, v2] = self.mesh.faces[face].map(|v| self.mesh.vertices[v]);
+        let tangents = [v1 - v0, v2 - v0];
+        let position = v0 + tangents[0] * place[0] + tangents[1] * place[1];
+        Site { face, place, position, tangents, initial: self.initial[face], thickness: self.thickness[face] }
+    }
+}
+
+/// Place in the reference triangle at the fraction `t` of edge `i`, in the face's direction of travel.
+fn edge_place(i: usize, t: f64) -> [f64; 2] {
+    [[1.0 - t, t], [0.0, 1.0 - t], [t, 0.0]][i]
 }
