@@ -28,7 +28,6 @@
 mod circle;
 mod laplacian;
 
-use super::midpoints::{self, Surface};
 use super::validate::fans;
 use super::{FieldOn, Mesh, MeshField, Quality, Stars, Topology};
 use crate::error::{Error, Result};
@@ -62,13 +61,15 @@ pub enum Onto {
 /// A surface in the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flattened {
-    /// Places of the vertices [m]; their mean, weighted by the original areas around, is the origin.
-    pub vertices: Vec<Vector2<f64>>,
-    /// Per vertex `s` with (original metric) = `e^(2s)` (flat metric); no unit.
+    /// Places of the nodes [m]: the vertices, then the midpoints if faces are curved. Their mean, weighted by the original areas around, is the
+    /// origin.
+    pub nodes: Vec<Vector2<f64>>,
+    /// Per node `s` with (original metric) = `e^(2s)` (flat metric); no unit.
     pub log_scale: Vec<f64>,
 }
 
-/// Flattens a valid mesh with one boundary and no holes or handles; curved faces count as straight ones.
+/// Flattens a valid mesh with one boundary and no holes or handles. A curved face counts as the four straight ones between its nodes, so that
+/// growth by the factor and the curved image of a face agree within the face too, not only from face to face.
 ///
 /// Errors: a mesh that is no disc; a radius that is not positive; faces too thin; a boundary that cannot be closed or made a circle; faces
 /// that the map turns over, by number.
@@ -78,39 +79,33 @@ pub fn flatten(mesh: &Mesh, onto: Onto) -> Result<Flattened> {
     {
         return Err(Error::input("flatten.radius", format!("{radius} is not usable: must be > 0 [m]")));
     }
-    let mut surface = SurfaceData::new(mesh)?;
+    let divided = (!mesh.midpoints.is_empty()).then(|| mesh.divided());
+    let straight = divided.as_ref().unwrap_or(mesh);
+    let mut surface = SurfaceData::new(straight)?;
     let flat = match onto {
         Onto::Natural => surface.natural()?,
         Onto::Disc { radius } => surface.disc(radius)?,
     };
-    check_upright(mesh, &flat.vertices)?;
+    let parts = straight.faces.len() / mesh.faces.len();
+    check_upright(straight, parts, &flat.nodes)?;
     Ok(flat)
 }
 
 impl Mesh {
     /// Replaces the shape by its flat image in the xy plane, normal +z, and keeps regions and fields.
     ///
-    /// The fields `conformal_factor` ([`Flattened::log_scale`]) and `original_position` [m] of the nodes are added. Midpoints go to the middle
-    /// of their flat edges, on the rim of a disc to the middle of the arc; their factor is the mean of the two ends. Errors: those of
-    /// [`flatten`], a field of one of these names.
+    /// The fields `conformal_factor` ([`Flattened::log_scale`]) and `original_position` [m] of the nodes are added. Errors: those of [`flatten`], a
+    /// field of one of these names.
     pub fn flatten(&mut self, onto: Onto) -> Result<()> {
         if let Some(name) = [FACTOR, POSITION].into_iter().find(|name| self.fields.contains_key(*name)) {
             return Err(Error::input("flatten", format!("the mesh has a field `{name}` already")));
         }
         let flat = flatten(self, onto)?;
         let position = self.nodes().iter().flat_map(|p| [p.x, p.y, p.z]).collect();
-        self.vertices = flat.vertices.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect();
-        let mut factor = MeshField { on: FieldOn::Nodes, components: 1, data: flat.log_scale };
-        if !self.midpoints.is_empty() {
-            Topology::new(&self.faces).edges.iter().for_each(|ends| factor.push_mean(*ends));
-            self.midpoints = midpoints::positions(
-                self,
-                match onto {
-                    Onto::Natural => Surface::Plane,
-                    Onto::Disc { radius } => Surface::Disc { radius },
-                },
-            );
-        }
+        let mut nodes: Vec<Vector3<f64>> = flat.nodes.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect();
+        self.midpoints = nodes.split_off(self.vertices.len());
+        self.vertices = nodes;
+        let factor = MeshField { on: FieldOn::Nodes, components: 1, data: flat.log_scale };
         self.fields.insert(FACTOR.into(), factor);
         self.fields.insert(POSITION.into(), MeshField { on: FieldOn::Nodes, components: 3, data: position });
         Ok(())
@@ -195,7 +190,7 @@ impl<'a> SurfaceData<'a> {
         let mut points = self.extend(&curve);
         let middle = self.mean(&points);
         points.iter_mut().for_each(|p| *p -= middle);
-        Ok(Flattened { vertices: self.turned(&points), log_scale: u.iter().map(|u| -u).collect() })
+        Ok(Flattened { nodes: self.turned(&points), log_scale: u.iter().map(|u| -u).collect() })
     }
 
     /// The map onto the disc.
@@ -245,7 +240,7 @@ impl<'a> SurfaceData<'a> {
         let scaled: f64 = u.iter().zip(&self.areas).map(|(u, a)| a * (2.0 * (u - highest)).exp()).sum();
         // The constant that gives the disc its area.
         let constant = 0.5 * (area / scaled).ln() - highest;
-        Ok(Flattened { vertices, log_scale: u.iter().map(|u| -(u + constant)).collect() })
+        Ok(Flattened { nodes: vertices, log_scale: u.iter().map(|u| -(u + constant)).collect() })
     }
 
     /// Weights of the boundary vertices, in turn, that give the mean over all vertices by area of any function harmonic inside.
@@ -334,15 +329,15 @@ fn twice_area(face: &[usize; 3], points: &[Vector2<f64>]) -> f64 {
     (b - a).perp(&(c - a))
 }
 
-/// Refuses a map that turns faces over.
-fn check_upright(mesh: &Mesh, points: &[Vector2<f64>]) -> Result<()> {
+/// Refuses a map that turns faces over. `parts`: number of faces here that are one face of the user's mesh.
+fn check_upright(mesh: &Mesh, parts: usize, points: &[Vector2<f64>]) -> Result<()> {
     let is_upright = |face: &[usize; 3]| {
         let longest = (0..3).map(|i| (points[face[i]] - points[face[(i + 1) % 3]]).norm_squared()).fold(0.0, f64::max);
         twice_area(face, points) > 2.0 * LEAST_AREA * longest
     };
-    let bad: Vec<usize> = (0..mesh.faces.len()).filter(|&f| !is_upright(&mesh.faces[f])).collect();
+    let mut bad: Vec<usize> = (0..mesh.faces.len()).filter(|&f| !is_upright(&mesh.faces[f])).map(|f| f / parts).collect();
+    bad.dedup();
     let Some(first) = bad.first() else { return Ok(()) };
-    let [a, b, c] = mesh.faces[*first];
-    let message = format!("{} faces are turned over or without area in the plane, first face {first} (vertices {a} {b} {c})", bad.len());
+    let message = format!("{} faces are turned over or without area in the plane, first face {first}", bad.len());
     Err(Error::input_with_help("flatten", message, "use a finer mesh without obtuse faces, or another `onto`"))
 }

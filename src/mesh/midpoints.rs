@@ -54,15 +54,6 @@ pub enum Surface {
 ///
 /// Where a direction is not defined, because the ends lie opposite each other or on the axis, the edge stays straight.
 pub fn place(mesh: &mut Mesh, surface: Surface) {
-    let midpoints = positions(mesh, surface);
-    mesh.drop_midpoints();
-    let edges = Topology::new(&mesh.faces).edges;
-    mesh.node_fields().for_each(|field| edges.iter().for_each(|ends| field.push_mean(*ends)));
-    mesh.midpoints = midpoints;
-}
-
-/// Midpoints of all edges [m], in the order of [`Topology::edges`].
-pub(super) fn positions(mesh: &Mesh, surface: Surface) -> Vec<Vector3<f64>> {
     let topology = Topology::new(&mesh.faces);
     let patches = match surface {
         Surface::Smooth => patches(mesh),
@@ -89,7 +80,10 @@ pub(super) fn positions(mesh: &Mesh, surface: Surface) -> Vec<Vector3<f64>> {
             }
         }
     };
-    (0..topology.edges.len()).map(middle).collect()
+    let midpoints = (0..topology.edges.len()).map(middle).collect();
+    mesh.drop_midpoints();
+    mesh.node_fields().for_each(|field| topology.edges.iter().for_each(|ends| field.push_mean(*ends)));
+    mesh.midpoints = midpoints;
 }
 
 /// The point at `radius` [m] from the z axis, at the mean angle (the short way round) and height of two points.

@@ -52,6 +52,13 @@ impl Mesh {
         self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[2]), node(e[0]), node(e[1])]).collect()
     }
 
+    /// Straight faces through all nodes: each curved face becomes four, face `f` the faces `4 f` to `4 f + 3`. Without regions and fields.
+    fn divided(&self) -> Mesh {
+        let faces =
+            self.six_node_faces().into_iter().flat_map(|[a, b, c, ab, bc, ca]| [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]);
+        Mesh { vertices: self.nodes(), faces: faces.collect(), ..Mesh::default() }
+    }
+
     /// Drops the vertices that are not to be kept, also from regions and fields. Every vertex of a face must be kept.
     fn keep_vertices(&mut self, keep: impl Fn(usize) -> bool) {
         let mut count = 0;
