@@ -1,10 +1,10 @@
-"""Plots error against cost from mesh ladders, one line per director, mesh and thickness.
+"""Plots error against cost from mesh ladders, one line per director, mesh, sampling and thickness.
 
 Usage: python post/plot_report.py FILE.json ... [-o plot.png]
                                   [--x wall_s|dofs|faces|factorizations]
 
 A row of a ladder has the keys director, mesh, thickness, faces, dofs, error, order, wall_s and
-factorizations. Rows are found wherever they stand in the files; all files are drawn into one plot.
+factorizations, and sampling where the ladder varies that. Rows are found wherever they stand in the files; all files are drawn into one plot.
 A row whose error is null is left out, and that is said.
 """
 
@@ -54,7 +54,8 @@ def load_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def key(row: dict[str, Any]) -> tuple[str, str, float | None]:
-    return str(row["director"]), str(row.get("mesh", "")), row.get("thickness")
+    mesh = ", ".join(str(row[name]) for name in ("mesh", "sampling") if row.get(name))
+    return str(row["director"]), mesh, row.get("thickness")
 
 
 def is_positive(value: Any) -> bool:
@@ -91,7 +92,7 @@ def draw(rows: list[dict[str, Any]], x: str) -> plt.Figure:
     groups: dict[tuple[str, str, float | None], list[dict[str, Any]]] = {}
     for row in rows:
         groups.setdefault(key(row), []).append(row)
-    # Director: colour; mesh: line; thickness: marker.
+    # Director: colour; mesh and sampling: line; thickness: marker.
     kinds = [list(dict.fromkeys(group[part] for group in groups)) for part in range(3)]
     several = len(kinds[2]) > 1
     figure, axis = plt.subplots(figsize=(6.4, 4.8), layout="constrained")
@@ -119,7 +120,7 @@ def draw(rows: list[dict[str, Any]], x: str) -> plt.Figure:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("files", type=Path, nargs="+", help="report.json of one or more ladders")
+    parser.add_argument("files", type=Path, nargs="+", help="ladder.json of one or more cases")
     parser.add_argument(
         "-o",
         "--output",

@@ -73,11 +73,12 @@ enum Verb {
     ///
     /// Example: thinshell export scene.toml
     Export(SceneArgs),
-    /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time.
+    /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time or of a sweep.
     ///
     /// Examples:
     ///   thinshell report cases/strip_curl cases/wetted_strip --json all.json
     ///   thinshell report --ladder scene.toml
+    ///   thinshell report --sweep scene.toml
     #[command(verbatim_doc_comment)]
     Report(ReportArgs),
     /// Print which stages of a case are done, stale or missing.
@@ -116,11 +117,14 @@ struct Overrides {
 #[derive(Debug, Args)]
 struct ReportArgs {
     /// Folders of cases, or scene files, which stand for cases/<name of the scene file>.
-    #[arg(value_name = "CASE_OR_SCENE", required_unless_present = "ladder")]
+    #[arg(value_name = "CASE_OR_SCENE", required_unless_present_any = ["ladder", "sweep"])]
     targets: Vec<PathBuf>,
     /// Run this scene at the resolutions of its [report.ladder] and tabulate error against run time.
     #[arg(long, value_name = "SCENE.toml", conflicts_with = "targets")]
     ladder: Option<PathBuf>,
+    /// Run this scene at the values of its [[report.sweep]] and tabulate what is measured.
+    #[arg(long, value_name = "SCENE.toml", conflicts_with_all = ["targets", "ladder"])]
+    sweep: Option<PathBuf>,
     /// Also write everything as JSON to this file.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -142,6 +146,9 @@ impl CommandLine {
             Verb::Export(scene) => stage::export::run(&self.job(scene)?),
             Verb::Report(ReportArgs { ladder: Some(scene), json, overrides, .. }) => {
                 stage::report::ladder(&Job::read(scene, None, &overrides.set, self.quiet)?, json.as_deref())
+            }
+            Verb::Report(ReportArgs { sweep: Some(scene), json, overrides, .. }) => {
+                stage::report::sweep(&Job::read(scene, None, &overrides.set, self.quiet)?, json.as_deref())
             }
             Verb::Report(ReportArgs { targets, json, overrides, .. }) => {
                 stage::report::run(targets, &overrides.set, json.as_deref(), self.quiet)

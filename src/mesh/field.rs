@@ -59,9 +59,9 @@ pub struct FieldSampler {
 /// The entries of a field that the value inside a face depends on.
 #[derive(Clone, Debug)]
 enum Entries {
-    OfFace,
-    OfCorners(Vec<[usize; 3]>),
-    OfNodes(Vec<[usize; 6]>),
+    Face,
+    Corners(Vec<[usize; 3]>),
+    Nodes(Vec<[usize; 6]>),
 }
 
 impl FieldSampler {
@@ -69,9 +69,9 @@ impl FieldSampler {
     pub fn at(&self, face: usize, place: [f64; 2]) -> Option<Vec<f64>> {
         let [x, y] = place;
         match &self.entries {
-            Entries::OfFace => self.field.entry(face).map(<[f64]>::to_vec),
-            Entries::OfCorners(nodes) => self.sum(nodes.get(face)?, &[1.0 - x - y, x, y]),
-            Entries::OfNodes(nodes) => self.sum(nodes.get(face)?, &quadratic_shape(place)),
+            Entries::Face => self.field.entry(face).map(<[f64]>::to_vec),
+            Entries::Corners(nodes) => self.sum(nodes.get(face)?, &[1.0 - x - y, x, y]),
+            Entries::Nodes(nodes) => self.sum(nodes.get(face)?, &quadratic_shape(place)),
         }
     }
 
@@ -98,12 +98,12 @@ impl Mesh {
     pub fn field_sampler(&self, name: &str) -> Option<FieldSampler> {
         let field = self.fields.get(name)?.clone();
         let entries = match field.on {
-            FieldOn::Faces => Entries::OfFace,
-            FieldOn::Nodes if self.midpoints.is_empty() => Entries::OfCorners(self.faces.clone()),
+            FieldOn::Faces => Entries::Face,
+            FieldOn::Nodes if self.midpoints.is_empty() => Entries::Corners(self.faces.clone()),
             FieldOn::Nodes => {
                 let node = |edge: usize| self.vertices.len() + edge;
                 let edges = Topology::new(&self.faces).face_edges;
-                Entries::OfNodes(
+                Entries::Nodes(
                     self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[0]), node(e[1]), node(e[2])]).collect(),
                 )
             }

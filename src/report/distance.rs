@@ -11,7 +11,7 @@ pub fn farthest(points: &[Vector3<f64>], vertices: &[Vector3<f64>], faces: &[[us
         return f64::NAN;
     }
     let tree = Tree::new(vertices, faces);
-    points.iter().map(|p| tree.distance_squared(p)).fold(0.0, f64::max).sqrt()
+    points.iter().map(|p| tree.nearest(p).1).fold(0.0, f64::max).sqrt()
 }
 
 /// Hausdorff distance [m] of two triangle surfaces, measured at the vertices of each against the triangles of the other.
@@ -42,9 +42,11 @@ fn point_triangle_squared(p: &Vector3<f64>, [a, b, c]: [&Vector3<f64>; 3]) -> f6
 }
 
 /// A binary tree of boxes over triangles.
-struct Tree<'a> {
+pub(super) struct Tree<'a> {
     vertices: &'a [Vector3<f64>],
-    faces: Vec<[usize; 3]>,
+    faces: &'a [[usize; 3]],
+    /// Face indices, sorted so that those of a node stand together.
+    order: Vec<usize>,
     /// Box of each node; the children of node `i` are `2i + 1` and `2i + 2`, each with half of its faces.
     boxes: Vec<[Vector3<f64>; 2]>,
 }
@@ -53,8 +55,9 @@ struct Tree<'a> {
 const LEAF: usize = 4;
 
 impl<'a> Tree<'a> {
-    fn new(vertices: &'a [Vector3<f64>], faces: &[[usize; 3]]) -> Self {
-        let mut tree = Tree { vertices, faces: faces.to_vec(), boxes: Vec::new() };
+    /// Tree over a surface of finite coordinates.
+    pub fn new(vertices: &'a [Vector3<f64>], faces: &'a [[usize; 3]]) -> Self {
+        let mut tree = Tree { vertices, faces, order: (0..faces.len()).collect(), boxes: Vec::new() };
         if !faces.is_empty() {
             tree.split(0, 0, faces.len());
         }
@@ -62,8 +65,8 @@ impl<'a> Tree<'a> {
     }
 
     fn split(&mut self, node: usize, start: usize, end: usize) {
-        let vertices = self.vertices;
-        let corners = self.faces[start..end].iter().flatten().map(|v| vertices[*v]);
+        let (vertices, faces) = (self.vertices, self.faces);
+        let corners = self.order[start..end].iter().flat_map(|f| faces[*f]).map(|v| vertices[v]);
         let everywhere = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
         let [low, high] = corners.fold(everywhere, |[l, h], p| [l.inf(&p), h.sup(&p)]);
         if self.boxes.len() <= node {
@@ -72,29 +75,52 @@ impl<'a> Tree<'a> {
         self.boxes[node] = [low, high];
         if end - start > LEAF {
             let axis = (high - low).imax();
-            let place = |face: &[usize; 3]| face.iter().map(|v| vertices[*v][axis]).sum::<f64>();
+            let place = |face: usize| faces[face].iter().map(|v| vertices[*v][axis]).sum::<f64>();
             let half = (end - start) / 2;
-            self.faces[start..end].select_nth_unstable_by(half, |f, g| place(f).total_cmp(&place(g)));
+            self.order[start..end].select_nth_unstable_by(half, |f, g| place(*f).total_cmp(&place(*g)));
             self.split(2 * node + 1, start, start + half);
             self.split(2 * node + 2, start + half, end);
         }
     }
 
-    fn distance_squared(&self, p: &Vector3<f64>) -> f64 {
-        let mut best = f64::INFINITY;
+    /// The face nearest to a point and the square of its distance [m^2], infinite without faces.
+    pub fn nearest(&self, p: &Vector3<f64>) -> (usize, f64) {
+        let mut best = (0, f64::INFINITY);
         if !self.boxes.is_empty() {
             self.search(p, 0, 0, self.faces.len(), &mut best);
         }
         best
     }
 
-    fn search(&self, p: &Vector3<f64>, node: usize, start: usize, end: usize, best: &mut f64) {
-        if self.to_box_squared(p, node) >= *best {
+    /// The faces whose squared distance from a point is at most that [m^2], among them the nearest one if that is.
+    pub fn within(&self, p: &Vector3<f64>, squared: f64) -> Vec<usize> {
+        let mut found = Vec::new();
+        let mut waiting = if self.boxes.is_empty() { Vec::new() } else { vec![(0, 0, self.faces.len())] };
+        while let Some((node, start, end)) = waiting.pop() {
+            if self.to_box_squared(p, node) > squared {
+                continue;
+            }
+            if end - start > LEAF {
+                let half = start + (end - start) / 2;
+                waiting.extend([(2 * node + 1, start, half), (2 * node + 2, half, end)]);
+                continue;
+            }
+            let near = |face: &usize| point_triangle_squared(p, self.faces[*face].map(|v| &self.vertices[v])) <= squared;
+            found.extend(self.order[start..end].iter().copied().filter(near));
+        }
+        found
+    }
+
+    fn search(&self, p: &Vector3<f64>, node: usize, start: usize, end: usize, best: &mut (usize, f64)) {
+        if self.to_box_squared(p, node) >= best.1 {
             return;
         }
         if end - start <= LEAF {
-            for face in &self.faces[start..end] {
-                *best = best.min(point_triangle_squared(p, face.map(|v| &self.vertices[v])));
+            for &face in &self.order[start..end] {
+                let distance = point_triangle_squared(p, self.faces[face].map(|v| &self.vertices[v]));
+                if distance < best.1 {
+                    *best = (face, distance);
+                }
             }
             return;
         }

@@ -12,6 +12,9 @@ pub struct LadderRow {
     pub mesh: String,
     /// Thickness [m].
     pub thickness: f64,
+    /// How the rest metric was sampled, where the ladder varies that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<&'static str>,
     /// Number of faces.
     pub faces: usize,
     /// Number of unknowns.
@@ -27,15 +30,38 @@ pub struct LadderRow {
     /// Why the run failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
+    /// Expectations of its kind that were missed, in words; at the finest run of the kind only.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missed: Vec<String>,
 }
 
 impl LadderRow {
     fn is_of_the_kind_of(&self, other: &LadderRow) -> bool {
-        self.director == other.director && self.mesh == other.mesh && self.thickness.to_bits() == other.thickness.to_bits()
+        let thickness = self.thickness.to_bits() == other.thickness.to_bits();
+        self.director == other.director && self.mesh == other.mesh && thickness && self.sampling == other.sampling
+    }
+
+    /// The kind in words.
+    pub fn kind(&self) -> String {
+        let sampling = self.sampling.map_or(String::new(), |sampling| format!(", rest metric by {sampling}"));
+        format!("{}, {}, {} m{sampling}", self.director, self.mesh, number(self.thickness))
+    }
+
+    /// Notes what the row misses of a least order and a largest error. What is not known is missed.
+    pub fn expect(&mut self, least_order: Option<f64>, largest_error: Option<f64>, source: &str) {
+        let mut check = |what: &str, value: Option<f64>, bound: Option<f64>, meets: fn(f64, f64) -> bool| {
+            let Some(bound) = bound else { return };
+            if !value.is_some_and(|value| meets(value, bound)) {
+                let value = value.map_or("unknown".to_owned(), number);
+                self.missed.push(format!("{what} {value}, expected {} ({source})", number(bound)));
+            }
+        };
+        check("order", self.order, least_order, |value, bound| value >= bound);
+        check("error", self.error, largest_error, |value, bound| value <= bound);
     }
 }
 
-/// Sets the order of each row from the row before it of the same director, mesh and thickness, with `h = faces^(-1/2)`.
+/// Sets the order of each row from the row before it of the same director, mesh, thickness and sampling, with `h = faces^(-1/2)`.
 ///
 /// A first row has none, nor has one after a run that failed.
 pub fn orders(rows: &mut [LadderRow]) {
@@ -53,15 +79,25 @@ pub fn to_json(rows: &[LadderRow]) -> String {
     super::outcome::json(&rows)
 }
 
-/// The table as Markdown.
+/// The table as Markdown, and the expectations that were missed. A column of samplings only where rows have them.
 pub fn to_markdown(rows: &[LadderRow]) -> String {
     let optional = |value: Option<f64>| value.map_or("-".into(), number);
+    let sampled = rows.iter().any(|r| r.sampling.is_some());
     let row = |r: &LadderRow| {
         let order = r.order.map_or("-".into(), |o| format!("{o:.2}"));
         let error = r.failure.as_ref().map_or_else(|| optional(r.error), |f| format!("failed: {}", cell(f)));
         let counts = [r.faces.to_string(), r.dofs.to_string(), error, order, format!("{:.2}", r.wall_s), r.factorizations.to_string()];
-        [cell(&r.director), cell(&r.mesh), number(r.thickness)].into_iter().chain(counts).collect()
+        let sampling = sampled.then(|| r.sampling.unwrap_or("-").to_owned());
+        let kind = [cell(&r.director), cell(&r.mesh)].into_iter().chain(sampling).chain([number(r.thickness)]);
+        kind.chain(counts).collect()
     };
-    let header = ["director", "mesh", "thickness [m]", "faces", "unknowns", "error", "order", "run time [s]", "factorisations"];
-    table(&header, 2, &rows.iter().map(row).collect::<Vec<_>>())
+    let sampling = sampled.then_some("sampling");
+    let counts = ["thickness [m]", "faces", "unknowns", "error", "order", "run time [s]", "factorisations"];
+    let header: Vec<&str> = ["director", "mesh"].into_iter().chain(sampling).chain(counts).collect();
+    let mut text = table(&header, header.len() - counts.len(), &rows.iter().map(row).collect::<Vec<_>>());
+    let missed: Vec<String> = rows.iter().flat_map(|r| r.missed.iter().map(|m| format!("- {}: {m}\n", r.kind()))).collect();
+    if !missed.is_empty() {
+        text += &format!("\nMissed:\n\n{}", missed.concat());
+    }
+    text
 }

@@ -8,13 +8,19 @@ pub mod fit;
 pub mod ladder;
 pub mod norm;
 pub mod outcome;
+pub mod surface;
+pub mod sweep;
+pub mod waves;
 
 pub use curvature::{Curvature, curvature};
 pub use distance::{farthest, hausdorff};
 pub use fit::{cylinder_distance, rigid_fit};
 pub use ladder::LadderRow;
-pub use norm::{l2_norm, mean, observed_order, rate, vertex_areas};
+pub use norm::{PowerLaw, l2_norm, mean, median, observed_order, power_law, rate, vertex_areas};
 pub use outcome::{Cost, ExpectationResult, Outcome};
+pub use surface::{Surface, nodes_distance, surface_distance};
+pub use sweep::{Sweep, SweepFit, SweepRow};
+pub use waves::{Waves, waves};
 
 /// A text as one cell of a Markdown table.
 fn cell(text: &str) -> String {

@@ -3,8 +3,10 @@
 //! A [`Scene`] is what the user said, with defaults filled in and ranges checked; `stage` makes objects from it. Nothing here computes.
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
+mod ladder;
 mod load;
 mod machine_direction;
+mod measure;
 mod mesh;
 mod read;
 mod report;
@@ -14,27 +16,30 @@ mod shell;
 mod solve;
 mod source;
 mod suspicion;
+mod sweep;
 mod validate;
-mod validate_rest;
 
 use crate::math::Expression;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use ladder::{Ladder, LadderExpectation, LadderMesh};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
+pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
     Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap,
     Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
-pub use report::{Expectation, Ladder, LadderMesh, Measure, Report, Statistic};
+pub use report::{Expectation, Report};
 pub use rest::{Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Pullback, Rest, Sampling, Shape, Surface};
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Solver, Statics};
 pub use suspicion::suspicions;
+pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
 
 /// Variables of an expression of time: t [s], in statics the load factor.
 pub const TIME: &[&str] = &["t"];
@@ -46,6 +51,8 @@ pub const PLACE_AND_TIME: &[&str] = &["x", "y", "z", "r", "theta", "t"];
 pub const PLANE: &[&str] = &["x", "y", "r", "theta"];
 /// Variables of an expression of the place in the xy plane and of time.
 pub const PLANE_AND_TIME: &[&str] = &["x", "y", "r", "theta", "t"];
+/// Variables of a scale of energy: the shell's own thickness h [m], Young's modulus E [Pa] (not Euler's number) and Poisson's ratio nu.
+pub const SHELL: &[&str] = &["h", "E", "nu"];
 /// Variables of a prescribed motion: initial place and time.
 pub const POSITION_AND_TIME: &[&str] = &["x", "y", "z", "t"];
 

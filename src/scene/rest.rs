@@ -15,6 +15,16 @@ pub enum Sampling {
     Centroid,
 }
 
+impl Sampling {
+    /// Name in scenes and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Sampling::Edges => "edges",
+            Sampling::Centroid => "centroid",
+        }
+    }
+}
+
 /// Rest shape: laws that follow one another in this order, each starting from the forms that those before it make; the first from those of the
 /// initial mesh. At most one of `pullback`, `surface`, `shape` and at most one of `linear`, `bilayer`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,6 +2,9 @@
 //!
 //! What depends on the mesh (whether a region exists, whether it has faces) is not checked here.
 
+mod report;
+mod rest;
+
 use super::source::Fault;
 use super::*;
 use std::ops::RangeInclusive;
@@ -71,8 +74,8 @@ pub(super) fn scene(scene: &Scene) -> Check {
     regions(&scene.regions)?;
     time(scene)?;
     shell(scene)?;
-    scene.machine_direction.as_ref().map_or(Ok(()), validate_rest::machine_direction)?;
-    scene.rest.as_ref().map_or(Ok(()), |table| validate_rest::rest(table, scene.machine_direction.is_some()))?;
+    scene.machine_direction.as_ref().map_or(Ok(()), rest::machine_direction)?;
+    scene.rest.as_ref().map_or(Ok(()), |table| rest::rest(table, scene.machine_direction.is_some()))?;
     if let Some(gravity) = &scene.gravity {
         finite("gravity.acceleration", &gravity.acceleration, "m/s2")?;
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
@@ -90,7 +93,7 @@ pub(super) fn scene(scene: &Scene) -> Check {
     within("solver.tolerance", scene.solver.tolerance, 1e-14..=1e-2)?;
     within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
     within("solver.max_halvings", scene.solver.max_halvings, 0..=40)?;
-    scene.report.as_ref().map_or(Ok(()), |table| report(table, &scene.mesh, scene.dynamics.as_ref().map_or(1.0, |d| d.end)))
+    scene.report.as_ref().map_or(Ok(()), |table| report::report(table, scene))
 }
 
 fn loads(scene: &Scene) -> Check {
@@ -285,54 +288,4 @@ fn count_of_steps(scene: &Scene) -> Check {
         require(key, count <= MOST_STEPS, format!("makes {count:e} steps to the end at {end:e} s, must be at most {MOST_STEPS:e}"))?;
     }
     Ok(())
-}
-
-fn report(report: &Report, mesh: &MeshTable, end: f64) -> Check {
-    for (i, table) in report.expectations.iter().enumerate() {
-        let key = |name: &str| format!("report.expect.{i}.{name}");
-        named(&key("name"), &table.name)?;
-        let new = report.expectations[..i].iter().all(|other| other.name != table.name);
-        require(&key("name"), new, "an expectation of this name comes before")?;
-        measure(&key("measure"), &table.measure)?;
-        finite(&key("reference"), &[table.reference], "unit of the measure")?;
-        require(&key("tolerance"), table.tolerance >= 0.0 && table.tolerance.is_finite(), "must be >= 0 [unit of the measure]")?;
-        named(&key("source"), &table.source)?;
-        require(&key("time"), table.time.is_none_or(|time| time >= 0.0 && time.is_finite()), "must be >= 0 [s]")?;
-        let within = table.time.is_none_or(|time| time <= end * (1.0 + 1e-9));
-        require(&key("time"), within, format!("is after the end of the run at {end} (seconds, in statics the load factor)"))?;
-    }
-    report.ladder.as_ref().map_or(Ok(()), |table| ladder(table, mesh))
-}
-
-fn measure(key: &str, measure: &Measure) -> Check {
-    match measure {
-        Measure::Displacement { at, .. } => finite(&format!("{key}.displacement.at"), at, "m"),
-        Measure::CylinderDistance { radius } => positive(&format!("{key}.cylinder-distance.radius"), *radius, "m"),
-        Measure::Field { name, component, .. } => {
-            named(&format!("{key}.field.name"), name)?;
-            within(&format!("{key}.field.component"), *component, 0..=8)
-        }
-        Measure::History { column } => named(&format!("{key}.history.column"), column),
-        Measure::NewtonIterations | Measure::Factorizations => Ok(()),
-    }
-}
-
-fn ladder(ladder: &Ladder, mesh: &MeshTable) -> Check {
-    measure("report.ladder.measure", &ladder.measure)?;
-    finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
-    let key = "report.ladder.resolutions";
-    require(key, !ladder.resolutions.is_empty(), "must not be empty")?;
-    for (i, &factor) in ladder.resolutions.iter().enumerate() {
-        positive(&format!("{key}.{i}"), factor, "1")?;
-        require(&format!("{key}.{i}"), i == 0 || ladder.resolutions[i - 1] < factor, "must be larger than the one before")?;
-    }
-    for (i, table) in ladder.meshes.iter().enumerate() {
-        let key = format!("report.ladder.meshes.{i}");
-        require(&key, matches!(mesh, MeshTable::Rectangle(_)), "variants exist for [mesh.rectangle] only")?;
-        named(&format!("{key}.name"), &table.name)?;
-        let new = ladder.meshes[..i].iter().all(|other| other.name != table.name);
-        require(&format!("{key}.name"), new, "a mesh of this name comes before")?;
-        jitter(&format!("{key}.jitter"), table.jitter, table.pattern)?;
-    }
-    ladder.thicknesses.iter().enumerate().try_for_each(|(i, &value)| positive(&format!("report.ladder.thicknesses.{i}"), value, "m"))
 }

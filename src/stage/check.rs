@@ -76,7 +76,12 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if let Some(report) = &scene.report {
         parts.push((
             "report",
-            format!("{} expectations{}", report.expectations.len(), if report.ladder.is_some() { ", ladder" } else { "" }),
+            format!(
+                "{} expectations{}{}",
+                report.expectations.len(),
+                if report.ladder.is_some() { ", ladder" } else { "" },
+                if report.sweeps.is_empty() { String::new() } else { format!(", {} sweeps", report.sweeps.len()) }
+            ),
         ));
     }
     parts

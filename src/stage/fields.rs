@@ -35,6 +35,11 @@ pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
     names
 }
 
+/// Whether the field of that name belongs to the faces; nodes may have means of it besides.
+pub fn of_faces(name: &str) -> bool {
+    name == "machine_direction" || NAMES.iter().any(|(n, ..)| *n == name)
+}
+
 /// A state in space: vertex positions and fields.
 pub struct State {
     /// Vertex positions [m].
@@ -84,26 +89,39 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// All fields of a snapshot. Errors: a snapshot of another case.
-    pub fn of(&mut self, snapshot: &Snapshot) -> Result<State> {
+    /// Takes the directors of a snapshot; returns its unknowns and the rest forms of a time.
+    fn put(&mut self, snapshot: &Snapshot, time: f64) -> Result<(Vec<f64>, Vec<Forms>)> {
         let of = |name: &str, length: usize| -> Result<&[f64]> {
             let data = snapshot.field(name).map(|f| f.data.as_slice()).filter(|d| d.len() == length);
             data.ok_or_else(|| Error::input("checkpoint", format!("field '{name}' is missing or not of this mesh")))
         };
-        let initial = self.mesh.nodes();
-        let x = of("position", 3 * initial.len())?;
-        let points: Vec<Vector3<f64>> = x.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
-        let mut all = x.to_vec();
-        all.resize(self.shell.unknowns(), 0.0);
+        let mut unknowns = of("position", 3 * (self.mesh.vertices.len() + self.mesh.midpoints.len()))?.to_vec();
+        unknowns.resize(self.shell.unknowns(), 0.0);
         let count = self.shell.directors().len();
         if count > 0 {
             let directors: Vec<Vector3<f64>> = of("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
             self.shell.set_directors(&directors);
         }
         let rest = match &mut self.rest {
-            Some(driver) => driver.forms(snapshot.time).map_err(|e| Error::input("rest", e))?,
+            Some(driver) => driver.forms(time).map_err(|e| Error::input("rest", e))?,
             None => self.setup.initial_forms.clone(),
         };
+        Ok((unknowns, rest))
+    }
+
+    /// Membrane and bending energy [J] of a snapshot's shape in the rest forms of `time`, without damping. Errors: a snapshot of another
+    /// case.
+    pub fn energies(&mut self, snapshot: &Snapshot, time: f64) -> Result<[f64; 2]> {
+        let (unknowns, rest) = self.put(snapshot, time)?;
+        self.shell.set_rest(&rest);
+        Ok(self.shell.energies(&unknowns))
+    }
+
+    /// All fields of a snapshot. Errors: a snapshot of another case.
+    pub fn of(&mut self, snapshot: &Snapshot) -> Result<State> {
+        let (all, rest) = self.put(snapshot, snapshot.time)?;
+        let initial = self.mesh.nodes();
+        let points: Vec<Vector3<f64>> = all[..3 * initial.len()].chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
         let point = |name: &str, n, unit: &str, data| field(name, Association::Node, n, unit, data);
         let displacement = points.iter().zip(&initial).flat_map(|(p, q)| (p - q).data.0[0]).collect();
         let mut point_data = vec![point("displacement", 3, "m", displacement)];

@@ -113,18 +113,23 @@ fn mesh_field(mesh: &Mesh, key: &str, name: &str, components: usize) -> Result<F
     }
 }
 
+/// Places of all nodes [m] from a field of the mesh. Errors: there is none, or it is not one of positions.
+pub fn node_positions(mesh: &Mesh, key: &str, name: &str) -> Result<Vec<Vector3<f64>>> {
+    mesh_field(mesh, key, name, 3)?;
+    let field = &mesh.fields[name];
+    if field.on != FieldOn::Nodes {
+        return Err(Error::input(key, format!("field '{name}' belongs to the faces, positions of nodes are needed")));
+    }
+    Ok(field.data.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect())
+}
+
 /// Law `shape`: the forms of the same faces with their nodes elsewhere.
 fn other_shape(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, table: &scene::Shape) -> Result<OtherShape> {
     let (key, name) = match table {
         scene::Shape::File(_) => ("rest.shape.file", super::mesh::REST_SHAPE),
         scene::Shape::Field(name) => ("rest.shape.field", name.as_str()),
     };
-    mesh_field(mesh, key, name, 3)?;
-    let field = &mesh.fields[name];
-    if field.on != FieldOn::Nodes {
-        return Err(Error::input(key, format!("field '{name}' belongs to the faces, positions of nodes are needed")));
-    }
-    let nodes: Vec<Vector3<f64>> = field.data.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
+    let nodes = node_positions(mesh, key, name)?;
     let (vertices, midpoints) = nodes.split_at(mesh.vertices.len());
     let other = Mesh { vertices: vertices.to_vec(), midpoints: midpoints.to_vec(), ..mesh.clone() };
     let shell = build::shell(scene, &other, topology, setup);

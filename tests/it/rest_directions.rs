@@ -7,8 +7,11 @@ use thinshell::mesh::Mesh;
 const ANNULUS: &str = "[mesh.annulus]\nradii = [0.4, 1.0]\ncells = [4, 24]";
 const CYLINDER: &str = "[mesh.cylinder]\nradius = 0.5\nlength = 1.0\nangle = 250\ncells = [20, 6]\npattern = \"alternating\"";
 
-/// Mesh, direction of each face in space and its centroid.
-fn directions(mesh: &str, table: &str) -> (Mesh, Vec<(Vector3<f64>, Vector3<f64>)>) {
+/// A direction in space and the place where it holds.
+type Arrow = (Vector3<f64>, Vector3<f64>);
+
+/// Mesh, and the direction of each face at its centroid.
+fn directions(mesh: &str, table: &str) -> (Mesh, Vec<Arrow>) {
     let text = format!(
         "{mesh}\n[shell]\nelement = \"linear\"\nthickness = 0.01\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n[machine-direction]\n{table}\n[statics]\n"
     );

@@ -87,7 +87,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("m_plus = \"2 * t\"", "m_plus = §\"sqrt(-1)\"", "rest.linear.m_plus = \"sqrt(-1)\": must be finite"),
     ("mu = 0.001", "mu = §inf", "rest.linear.mu = inf: must be finite"),
     ("[machine-direction]\nangle = \"30 + x\"", "", "rest.linear.mu_perp = 0.002: needs the table [machine-direction]"),
-    ("{ angle = \"30 + x\" }", "{ angle = §\"30 + t\" }", "unknown name `t`"),
+    ("angle = \"30 + x\"", "angle = §\"30 + t\"", "unknown name `t`"),
     ("angle = \"30 + x\"", "vector = §[0, 0, 0]", "machine-direction.vector = [0, 0, 0]: must not be the zero vector"),
     // Loads.
     ("factor = \"t\"", "acceleration = §[0, 0, inf]", "gravity.acceleration = [0, 0, inf]: must be finite"),
@@ -143,6 +143,94 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("resolutions = [1.0, 2.0]", "resolutions = [§-1.0, 2.0]", "report.ladder.resolutions.0 = -1.0: must be > 0 [1]"),
     ("pattern = \"criss-cross\"", "pattern = \"delaunay\", jitter = §0.1", "report.ladder.meshes.0.jitter = 0.1: cannot be combined"),
     ("thicknesses = [1e-3, 1e-4]", "thicknesses = [1e-3, §0]", "report.ladder.thicknesses.1 = 0: must be > 0 [m]"),
+    ("[\"edges\", \"centroid\"]", "[\"edges\", §\"edges\"]", "report.ladder.samplings.1 = \"edges\": comes twice"),
+    ("[\"edges\", \"centroid\"]", "[\"edges\", §\"faces\"]", "`faces` is not a choice here"),
+    ("element = \"quadratic\"", "element = §\"linear\"", "report.ladder.expect.0.element = \"linear\": is not among those of the ladder"),
+    ("mesh = \"regular\"", "mesh = §\"irregular\"", "report.ladder.expect.0.mesh = \"irregular\": is not among those of the ladder"),
+    ("thickness = 1e-4", "thickness = §2e-4", "report.ladder.expect.0.thickness = 0.0002: is not among those of the ladder"),
+    ("sampling = \"edges\"", "sampling = §\"cubic\"", "`cubic` is not a choice here"),
+    ("least_order = 1.5", "least_order = §nan", "report.ladder.expect.0.least_order = nan: must be finite"),
+    ("largest_error = 100.0", "largest_error = §-1", "report.ladder.expect.0.largest_error = -1: must be >= 0"),
+    ("source = \"own bound\"", "source = §\"\"", "report.ladder.expect.0.source = \"\": must not be empty"),
+    (
+        "[[report.ladder.expect]]",
+        "§[[report.ladder.expect]]\nsource = \"a\"\n[[report.ladder.expect]]",
+        "report.ladder.expect.0: must give `least_order` or `largest_error`",
+    ),
+    // Sweeps.
+    ("name = \"thickness and width\"", "name = §\"\"", "report.sweep.0.name = \"\": must not be empty"),
+    ("key = \"shell.thickness\"", "key = §\"shell..thickness\"", "report.sweep.0.key = \"shell..thickness\": must be names joined by dots"),
+    (
+        "[[report.sweep]]",
+        "§[[report.sweep]]\nname = \"none\"\nkey = \"shell.thickness\"\nmeasures = []\n[[report.sweep]]",
+        "report.sweep.0: exactly one of `values` and `logarithmic` must be given",
+    ),
+    (
+        "logarithmic = { from = 1e-3, to = 1e-2, count = 3 }",
+        "logarithmic = { from = 1e-3, to = 1e-2, count = §1 }",
+        "report.sweep.0.logarithmic.count = 1: must be 2 to 1000",
+    ),
+    ("from = 1e-3, to = 1e-2", "from = §0, to = 1e-2", "report.sweep.0.logarithmic.from = 0: must be > 0"),
+    ("from = 1e-3, to = 1e-2", "from = 1e-3, to = §1e-3", "report.sweep.0.logarithmic.to = 0.001: is the same as `from`"),
+    ("logarithmic = { from = 1e-3, to = 1e-2, count = 3 }", "values = [1e-3, §inf]", "report.sweep.0.values.1 = inf: must be finite"),
+    ("logarithmic = { from = 1e-3, to = 1e-2, count = 3 }", "values = [1e-3, §1e-3]", "report.sweep.0.values.1 = 0.001: comes twice"),
+    ("logarithmic = { from = 1e-3, to = 1e-2, count = 3 }", "values = [§[1]]", "expected a number, true, false or a text, found an array"),
+    (
+        "logarithmic = { from = 1e-3, to = 1e-2, count = 3 }",
+        "values = [1e-3, \"2e-3\"]",
+        "report.sweep.0.fit: needs two values of the key or more, numbers > 0",
+    ),
+    ("second = { key = \"mesh.rectangle.size.1\"", "second = { key = §\"shell.thickness\"", "is the first key too"),
+    ("least = 0.0, most = 1e3", "least = 0.0, most = §-1", "report.sweep.0.measures.0.most = -1: must not be less than `least`"),
+    (", source = \"squares\" }", " }", "`source` and a limit, `least` or `most`, need each other"),
+    ("name = \"left over\"", "name = §\"energy\"", "report.sweep.0.measures.1.name = \"energy\": a measure of this name comes before"),
+    ("fit = { measure = \"energy\"", "fit = { measure = §\"work\"", "report.sweep.0.fit.measure = \"work\": is the name of no measure"),
+    ("kind = \"power\"", "kind = §\"line\"", "`line` is not a choice here"),
+    ("exponent = 0.0", "exponent = §inf", "report.sweep.0.fit.expect.exponent = inf: must be finite"),
+    ("tolerance = 0.1,", "tolerance = §-1,", "report.sweep.0.fit.expect.tolerance = -1: must be >= 0 [1]"),
+    ("source = \"scaling\"", "source = §\"\"", "report.sweep.0.fit.expect.source = \"\": must not be empty"),
+    // Measures.
+    ("over = \"E * h^3\"", "over = §\"E * x\"", "measures.0.measure.energy.over = \"E * x\": unknown name `x`; variables here: h, E, nu"),
+    ("over = \"E * h^3\"", "over = §0", "measures.0.measure.energy.over = 0: must be > 0 [J]"),
+    ("part = \"bending\"", "part = §\"kinetic\"", "`kinetic` is not a choice here"),
+    ("part = \"total\"", "part = §\"all\"", "`all` is not a choice here"),
+    ("\"0.01 * r\"", "§\"0.01 * t\"", "surface-distance.position.2 = \"0.01 * t\": unknown name `t`; variables here: x, y, z, r, theta"),
+    ("over = 1.02", "over = §0", "surface-distance.over = 0: must be > 0 [m]"),
+    ("{ waves = { region = \"boundary\" } }", "{ original-distance = { over = §-1 } }", "original-distance.over = -1: must be > 0 [m]"),
+    ("kind = \"hausdorff\"", "kind = §\"frechet\"", "`frechet` is not a choice here"),
+    ("mirror = false", "mirror = §1", "surface-distance.mirror = 1: expected a boolean, found integer"),
+    ("of = \"gauss\"", "of = §\"ricci\"", "`ricci` is not a choice here"),
+    ("weighting = \"sum\"", "weighting = §\"max\"", "`max` is not a choice here"),
+    ("{ waves = { region = \"boundary\" } }", "{ waves = { region = §\"\" } }", "waves.region = \"\": must not be empty"),
+    (
+        "{ wave-amplitude = { region = \"boundary\" } }",
+        "{ wave-amplitude = { region = §\"\" } }",
+        "wave-amplitude.region = \"\": must not be empty",
+    ),
+    ("a = [0, 0, 0]", "a = §[0, 0, nan]", "distance-between.a = [0, 0, nan]: must be finite"),
+    ("b = [1, 0, 0]", "b = §[inf, 0, 0]", "distance-between.b = [inf, 0, 0]: must be finite"),
+    ("statistic = \"median\", region = \"tip\"", "statistic = \"median\", region = §\"\"", "field.region = \"\": must not be empty"),
+    ("statistic = \"median\"", "statistic = §\"mode\"", "`mode` is not a choice here"),
+];
+
+/// What only the mesh of the full scene can tell: the same, without a place.
+const WRONG_ON_THE_MESH: &[(&str, &str, &str)] = &[
+    ("{ waves = { region = \"boundary\" } }", "{ waves = { region = \"left\" } }", "waves.region: region 'left' is not a closed loop"),
+    ("{ wave-amplitude = { region = \"boundary\" } }", "{ wave-amplitude = { region = \"corner\" } }", "region 'corner' has no edges"),
+    ("{ waves = { region = \"boundary\" } }", "{ waves = { region = \"rim\" } }", "there is no region 'rim'"),
+    (
+        "b = [1, 0, 0]",
+        "b = [9, 0, 0]",
+        "distance-between.b: report: place of a vertex: the vertex nearest to (9, 0, 0) m is 8.000e0 m away",
+    ),
+    ("\"0.01 * r\"", "\"1 / r\"", "surface-distance.position.2: is inf at (0, 0, 0) m"),
+    (
+        "{ waves = { region = \"boundary\" } }",
+        "{ original-distance = {} }",
+        "measures.4.measure.original-distance: there is no field 'original_position'",
+    ),
+    ("over = \"E * h^3\"", "over = \"h - 1\"", "energy.over: is -0.999 J for this shell, must be > 0"),
+    ("statistic = \"median\", region = \"tip\"", "statistic = \"median\", region = \"left\"", "region 'left' has no faces"),
 ];
 
 /// Meshes in place of the full scene's rectangle; the ladder's variants go, since they need one.
@@ -198,6 +286,20 @@ fn every_rule_is_kept() {
     for (part, wrong, expected) in WRONG {
         assert_eq!(FULL.matches(part).count(), 1, "{part:?} must be one part of the full scene");
         refuse(&FULL.replace(part, wrong), expected);
+    }
+}
+
+#[test]
+fn every_rule_on_the_mesh_is_kept() {
+    for (part, wrong, expected) in WRONG_ON_THE_MESH {
+        assert_eq!(FULL.matches(part).count(), 1, "{part:?} must be one part of the full scene");
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("scene.toml"), FULL.replace(part, wrong)).unwrap();
+        let output = run(folder.path(), &["all", "scene.toml"]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{expected}: {message}");
+        assert!(message.contains(expected) && message.contains("report.sweep.0.measures."), "expected {expected}, found {message}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "{expected}: something was written");
     }
 }
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import imageio.v3 as iio
 import numpy as np
 
-from synthetic import write_case, write_ladder
+from synthetic import write_case, write_ladder, write_sweep
 
 POST = Path(__file__).resolve().parents[2] / "post"
 sys.path.append(str(POST))
@@ -131,6 +131,9 @@ def smoke(case: Path, folder: Path) -> None:
     write_ladder(folder / "ladder.json")
     run("plot_report.py", folder / "ladder.json", "-o", folder / "ladder.png")
     check_plot("the ladder", folder / "ladder.png")
+    write_sweep(folder / "sweep.json")
+    run("plot_sweep.py", folder / "sweep.json", "-o", folder / "sweep.png")
+    check_plot("the sweep", folder / "sweep.png")
 
 
 def main() -> int:

@@ -122,6 +122,7 @@ def write_ladder(path: Path) -> None:
                 {
                     "director": director,
                     "mesh": "regular",
+                    "sampling": "edges",
                     "thickness": 1e-3,
                     "faces": faces,
                     "dofs": 3 * faces,
@@ -134,3 +135,26 @@ def write_ladder(path: Path) -> None:
                 }
             )
     path.write_text(json.dumps({"rows": rows}))
+
+
+def write_sweep(path: Path) -> None:
+    """A sweep over two keys: the cube of the first, with its law, and a measure that one run lacks."""
+    rows = []
+    for thickness in (1e-3, 2e-3, 4e-3):
+        for width in ("[3, 2]", "[6, 4]"):
+            failed = thickness == 2e-3 and width == "[3, 2]"
+            measures = [None, None] if failed else [5.0 * thickness**3, 4.0]
+            row = {"values": [thickness, width], "measures": measures}
+            rows.append(row | ({"failure": "did not converge"} if failed else {}))
+    fits = [
+        {"measure": "energy", "at": width, "exponent": 3.0, "prefactor": 5.0}
+        for width in ("[3, 2]", "[6, 4]")
+    ]
+    sweep = {
+        "name": "scaling",
+        "keys": ["shell.thickness", "mesh.rectangle.cells"],
+        "measures": ["energy", "waves"],
+        "rows": rows,
+        "fits": fits,
+    }
+    path.write_text(json.dumps({"scene": "made up", "passed": True, "sweeps": [sweep]}))

@@ -1,10 +1,10 @@
 //! Ranges and rules of the tables `[rest]` and `[machine-direction]`.
 
-use super::validate::{Check, expression, expressions, finite, mesh_file, named, non_zero, optional_expression, positive, require};
-use super::{Expr, MachineDirection, PLACE, PLACE_AND_TIME, PLANE, PLANE_AND_TIME, Rest, Scalar, Shape, Surface, TIME};
+use super::{Check, expression, expressions, finite, mesh_file, named, non_zero, optional_expression, positive, require};
+use crate::scene::{Expr, MachineDirection, PLACE, PLACE_AND_TIME, PLANE, PLANE_AND_TIME, Rest, Scalar, Shape, Surface, TIME};
 
 /// Rules of `[rest]`; `fibres`: whether the scene has a machine direction.
-pub(super) fn rest(rest: &Rest, fibres: bool) -> Check {
+pub(in crate::scene) fn rest(rest: &Rest, fibres: bool) -> Check {
     optional_expression("rest.ramp", &rest.ramp, TIME)?;
     if let Some(Ok(ramp)) = rest.ramp.as_ref().map(|ramp| ramp.parse(TIME)) {
         require("rest.ramp", !ramp.is_constant() || (0.0..=1.0).contains(&ramp.eval(&[])), "must be 0 to 1")?;
@@ -85,7 +85,7 @@ fn swelling(key: &str, [plus, minus]: [&Expr; 2], mu: &[f64], across: &[f64], fi
 }
 
 /// Rules of `[machine-direction]`.
-pub(super) fn machine_direction(direction: &MachineDirection) -> Check {
+pub(in crate::scene) fn machine_direction(direction: &MachineDirection) -> Check {
     match direction {
         MachineDirection::Vector(vector) => non_zero("machine-direction.vector", vector),
         MachineDirection::Angle(angle) => scalar("machine-direction.angle", angle, PLACE),

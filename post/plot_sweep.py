@@ -1,0 +1,149 @@
+"""Plots what a sweep measured against its key, one panel per measure, with the laws fitted to it.
+
+Usage: python post/plot_sweep.py FILE.json [-o plot.png] [--measure NAME ...] [--linear]
+
+FILE.json is the sweep.json of `thinshell report --sweep`. Each sweep is a row of panels; a second key
+gives one line per value. Axes are logarithmic where all numbers are positive. A run that failed has no
+point, and that is said.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import style
+from case import CaseError
+from style import COLOURS, LINES, plt
+
+MARKERS = "os^Dv<>P"
+
+
+def load_sweeps(path: Path) -> list[dict[str, Any]]:
+    try:
+        document = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise CaseError(f"{path}: {error}") from error
+    sweeps = document.get("sweeps") if isinstance(document, dict) else None
+    if not sweeps or not all("rows" in sweep and "measures" in sweep for sweep in sweeps):
+        raise CaseError(f"{path}: no sweeps with rows and measures; is it a sweep.json?")
+    return sweeps
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def say_failures(sweep: dict[str, Any]) -> None:
+    for row in sweep["rows"]:
+        if "failure" in row:
+            values = ", ".join(map(str, row["values"]))
+            print(f"plot_sweep: no point of {sweep['name']} at {values}: {row['failure']}")
+
+
+def lines(sweep: dict[str, Any], place: int) -> dict[Any, list[tuple[Any, float]]]:
+    """Points (value of the key, measure) for each value of the second key; None where there is none."""
+    found: dict[Any, list[tuple[Any, float]]] = {}
+    for row in sweep["rows"]:
+        second = row["values"][1] if len(row["values"]) > 1 else None
+        value = row["measures"][place]
+        points = found.setdefault(second, [])
+        if value is not None:
+            points.append((row["values"][0], value))
+    return found
+
+
+def draw_law(axis: plt.Axes, fit: dict[str, Any], points: list[tuple[Any, float]], colour: str) -> None:
+    if fit["exponent"] is None:
+        return
+    ends = [min(x for x, _ in points), max(x for x, _ in points)]
+    law = [fit["prefactor"] * x ** fit["exponent"] for x in ends]
+    label = f"power {fit['exponent']:.3g}"
+    axis.plot(ends, law, color=colour, linestyle=":", linewidth=1.0, label=label)
+
+
+def draw_panel(axis: plt.Axes, sweep: dict[str, Any], measure: str, linear: bool) -> int:
+    """Returns how many points were drawn."""
+    groups = lines(sweep, sweep["measures"].index(measure))
+    everything = [point for points in groups.values() for point in points]
+    numbers = all(is_number(x) for x, _ in everything)
+    for i, (second, points) in enumerate(groups.items()):
+        colour = COLOURS[i % len(COLOURS)]
+        axis.plot(
+            [x if numbers else str(x) for x, _ in points],
+            [y for _, y in points],
+            color=colour,
+            linestyle=LINES[i // len(COLOURS) % len(LINES)],
+            marker=MARKERS[i % len(MARKERS)],
+            label=None if second is None else f"{second:g}" if is_number(second) else str(second),
+        )
+        for fit in sweep.get("fits", []):
+            if fit["measure"] == measure and fit.get("at") == second and points:
+                draw_law(axis, fit, points, colour)
+    if not linear:
+        if numbers and all(x > 0 for x, _ in everything):
+            axis.set_xscale("log")
+        if all(y > 0 for _, y in everything):
+            axis.set_yscale("log")
+    axis.set_xlabel(sweep["keys"][0])
+    axis.set_ylabel(measure)
+    if axis.get_legend_handles_labels()[0]:
+        axis.legend(title=sweep["keys"][1] if len(sweep["keys"]) > 1 else None, fontsize=8)
+    return len(everything)
+
+
+def chosen(sweep: dict[str, Any], measures: list[str] | None) -> list[str]:
+    return [name for name in sweep["measures"] if measures is None or name in measures]
+
+
+def draw(sweeps: list[dict[str, Any]], measures: list[str] | None, linear: bool) -> tuple[plt.Figure, int]:
+    columns = max(len(chosen(sweep, measures)) for sweep in sweeps)
+    size = (4.2 * columns, 3.4 * len(sweeps))
+    figure, axes = plt.subplots(len(sweeps), columns, figsize=size, layout="constrained", squeeze=False)
+    count = 0
+    for row, sweep in zip(axes, sweeps, strict=True):
+        say_failures(sweep)
+        names = chosen(sweep, measures)
+        row[0].set_title(sweep["name"])
+        for axis, name in zip(row, names, strict=False):
+            count += draw_panel(axis, sweep, name, linear)
+        for axis in row[len(names) :]:
+            axis.set_axis_off()
+    return figure, count
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("file", type=Path, help="sweep.json of a case")
+    parser.add_argument(
+        "-o", "--output", type=Path, help="picture, .png, .svg or .pdf [sweep.png beside the file]"
+    )
+    parser.add_argument(
+        "--measure", nargs="+", metavar="NAME", help="measures to draw, by their names [all]"
+    )
+    parser.add_argument("--linear", action="store_true", help="no logarithmic axes")
+    options = parser.parse_args(arguments)
+    try:
+        sweeps = load_sweeps(options.file)
+        known = {name for sweep in sweeps for name in sweep["measures"]}
+        for name in options.measure or []:
+            if name not in known:
+                raise CaseError(f"no measure '{name}'; there are: {', '.join(sorted(known))}")
+        sweeps = [sweep for sweep in sweeps if chosen(sweep, options.measure)]
+        style.apply_style()
+        figure, count = draw(sweeps, options.measure, options.linear)
+        if count == 0:
+            raise CaseError("no run gave a value")
+    except CaseError as error:
+        print(f"plot_sweep: {error}", file=sys.stderr)
+        return 2
+    output = options.output or options.file.parent / "sweep.png"
+    style.save(figure, output)
+    print(f"plot_sweep: {output} ({count} points)")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

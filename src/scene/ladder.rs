@@ -1,0 +1,78 @@
+//! Table `[report.ladder]`: a scene run at several resolutions.
+
+use super::{Director, Element, Measure, Pattern, Sampling};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A scene run at several resolutions, on several meshes, with several directors and thicknesses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ladder {
+    /// What is measured; its distance from `reference` is the error.
+    pub measure: Measure,
+    /// Exact value.
+    #[serde(default)]
+    pub reference: f64,
+    /// Factors on the scene's numbers of cells (rings, inverse triangle size), ascending.
+    pub resolutions: Vec<f64>,
+    /// Variants of a rectangle's mesh. Absent: the scene's own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<LadderMesh>,
+    /// Elements. Absent: the scene's own. The quadratic one has no director `average`, which is left out for it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<Element>,
+    /// Directors. Absent: the scene's own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub directors: Vec<Director>,
+    /// Thicknesses [m]. Absent: the scene's own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub thicknesses: Vec<f64>,
+    /// How the rest law becomes the rest metric (`rest.sampling`); a column of the table. Absent: the scene's own, without a column.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub samplings: Vec<Sampling>,
+    /// What is expected at the finest resolution.
+    #[serde(default, rename = "expect", skip_serializing_if = "Vec::is_empty")]
+    pub expectations: Vec<LadderExpectation>,
+}
+
+/// What is expected of the finest run of every kind that it names. Names that are absent stand for all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LadderExpectation {
+    /// Element.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<Element>,
+    /// Director.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub director: Option<Director>,
+    /// Name of the mesh variant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<String>,
+    /// Thickness [m], as in the ladder's list.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// Sampling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<Sampling>,
+    /// Smallest order against the next coarser run that passes [1].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_order: Option<f64>,
+    /// Largest error that passes, in the measure's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_error: Option<f64>,
+    /// Where these come from.
+    pub source: String,
+}
+
+/// A variant of a rectangle's mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LadderMesh {
+    /// Name in the table.
+    pub name: String,
+    /// Pattern.
+    pub pattern: Pattern,
+    /// Jitter.
+    #[serde(default)]
+    pub jitter: f64,
+}

@@ -1,0 +1,119 @@
+//! A case that has run, and what of it is judged: states, history, cost.
+
+use super::super::{Job, all, mesh as mesh_stage, run as run_stage, setup};
+use crate::case::{Folder, History, history::Table};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::report::Cost;
+use crate::snapshot::Snapshot;
+use nalgebra::Vector3;
+
+/// A case that has run.
+pub struct Case<'a> {
+    pub job: &'a Job,
+    pub mesh: Mesh,
+    pub setup: setup::Setup,
+    /// The state before the first step.
+    pub start: Snapshot,
+    folder: Folder,
+    history: Table,
+}
+
+impl<'a> Case<'a> {
+    pub fn load(job: &'a Job) -> Result<Self> {
+        let mesh = mesh_stage::load(job)?;
+        let (setup, start) = setup::load(job)?;
+        let folder = Folder::new(&job.case, run_stage::inputs(job)?);
+        if !run_stage::is_done(job)? {
+            return Err(Error::Stale {
+                path: job.case.join("run"),
+                message: "the run is not at its end".into(),
+                help: "finish it: thinshell run SCENE".into(),
+            });
+        }
+        let history = History::read(&run_stage::history_path(job))?;
+        Ok(Case { job, mesh, setup, start, folder, history })
+    }
+
+    /// Unstable directions of the last equilibrium, if it has any.
+    pub fn unstable(&self) -> Option<f64> {
+        self.job.scene.statics.as_ref()?;
+        self.history.last("negative_pivots").filter(|n| *n > 0.0)
+    }
+
+    pub fn cost(&self) -> Result<Cost> {
+        Ok(Cost {
+            dofs: self.setup.free_unknowns,
+            faces: self.mesh.faces.len(),
+            wall_s: self.last("wall_s")?,
+            newton_iterations: (self.last("newton_iterations")? + self.last("fallback_iterations")?) as u64,
+            factorizations: self.last("factorizations")? as u64,
+        })
+    }
+
+    /// Last value of a column of the history.
+    pub fn last(&self, column: &str) -> Result<f64> {
+        if self.history.rows.is_empty() {
+            return Ok(0.0);
+        }
+        self.history.last(column).ok_or_else(|| {
+            Error::input_with_help(
+                "report",
+                format!("the history has no column '{column}'"),
+                format!("it has: {}", self.history.columns.join(", ")),
+            )
+        })
+    }
+
+    /// The snapshot nearest to a time, or the last.
+    pub fn snapshot(&self, time: Option<f64>) -> Result<Snapshot> {
+        let Some(time) = time else {
+            let newest = self.folder.newest_valid()?.snapshot;
+            return newest.ok_or_else(|| Error::Stale {
+                path: self.job.case.join("run"),
+                message: "has no checkpoint".into(),
+                help: "make some: thinshell run SCENE".into(),
+            });
+        };
+        let mut nearest: Option<Snapshot> = None;
+        for step in self.folder.list()? {
+            let snapshot = self.folder.read(step)?;
+            if nearest.as_ref().is_none_or(|n| (snapshot.time - time).abs() < (n.time - time).abs()) {
+                nearest = Some(snapshot);
+            }
+        }
+        nearest.ok_or_else(|| Error::input("report", "there is no checkpoint"))
+    }
+
+    /// Positions of the nodes [m] at a time, or at the end.
+    pub fn positions(&self, time: Option<f64>) -> Result<Vec<Vector3<f64>>> {
+        let snapshot = self.snapshot(time)?;
+        let field = snapshot.field("position").filter(|f| f.data.len() == 3 * (self.mesh.vertices.len() + self.mesh.midpoints.len()));
+        let field = field.ok_or_else(|| Error::input("checkpoint", "it has no positions of this mesh"))?;
+        Ok(field.data.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect())
+    }
+}
+
+/// What a case that was run for a table gave: measures, where it could be run, and its cost.
+pub struct Trial {
+    /// One per measure, none where it is not finite; or why the run failed.
+    pub values: std::result::Result<Vec<Option<f64>>, String>,
+    /// Cost; of a run that failed, no more than the numbers of faces and unknowns.
+    pub cost: Cost,
+}
+
+/// Runs a case and measures its end. Equations that cannot be solved are a result; other errors are errors.
+pub fn attempt(job: &Job, measures: &[&crate::scene::Measure]) -> Result<Trial> {
+    match all::until_run(job) {
+        Ok(()) => {
+            let case = Case::load(job)?;
+            let values = measures.iter().map(|m| Ok(Some(case.measure(m, None)?).filter(|v| v.is_finite())));
+            Ok(Trial { values: Ok(values.collect::<Result<_>>()?), cost: case.cost()? })
+        }
+        Err(Error::Numerical { message, .. }) => {
+            let cost = Cost { faces: mesh_stage::load(job)?.faces.len(), dofs: setup::load(job)?.0.free_unknowns, ..Cost::default() };
+            Ok(Trial { values: Err(message), cost })
+        }
+        Err(e) => Err(e),
+    }
+}

@@ -1,0 +1,238 @@
+//! What the measures of a scene mean: each as a number of a case that has run.
+
+use super::super::build::{self, place_values};
+use super::super::fields::{Fields, State};
+use super::super::{mesh as mesh_stage, setup};
+use super::case::Case;
+use crate::error::{Error, Result};
+use crate::mesh::{Mesh, Topology};
+use crate::report::{Surface, Waves, curvature, cylinder_distance, mean, median, nodes_distance, surface_distance, vertex_areas, waves};
+use crate::scene::{self, CurvatureKind, Distance, EnergyPart, Expr, Measure, Scene, Statistic, Weighting};
+use crate::snapshot::{Association, Field};
+use nalgebra::Vector3;
+
+impl Case<'_> {
+    /// A measure at a time, or at the end, in the measure's unit; not finite where it has no value.
+    ///
+    /// # Errors
+    /// Places, regions, fields and columns that are not there, which [`super::check_measures`] finds before a run.
+    pub fn measure(&self, measure: &Measure, time: Option<f64>) -> Result<f64> {
+        let (scene, mesh) = (&self.job.scene, &self.mesh);
+        match measure {
+            Measure::Displacement { at, axis, region } => {
+                let (vertex, axis) = (vertex_at(mesh, at, region.as_deref())?, build::axis_index(*axis));
+                Ok(self.positions(time)?[vertex][axis] - mesh.vertices[vertex][axis])
+            }
+            Measure::DistanceBetween { a, b } => {
+                let (a, b) = (vertex_at(mesh, a, None)?, vertex_at(mesh, b, None)?);
+                let positions = self.positions(time)?;
+                Ok((positions[b] - positions[a]).norm())
+            }
+            Measure::CylinderDistance { radius } => Ok(cylinder_distance(&mesh.nodes(), &self.positions(time)?, *radius)),
+            Measure::SurfaceDistance { position, kind, mirror, over } => {
+                let exact = Image::new("report: surface-distance.position", position, mesh, *kind)?;
+                Ok(exact.distance(mesh, &self.positions(time)?, *mirror) / over.unwrap_or(1.0))
+            }
+            Measure::OriginalDistance { kind, mirror, over } => {
+                let original = Image::original("report: original-distance", mesh, *kind)?;
+                Ok(original.distance(mesh, &self.positions(time)?, *mirror) / over.unwrap_or(1.0))
+            }
+            Measure::CurvatureSquare { of, weighting } => Ok(curvature_square(mesh, &self.positions(time)?, *of, *weighting)),
+            Measure::Waves { region } => Ok(self.waves(region, time)?.map_or(f64::NAN, |w| w.number as f64)),
+            Measure::WaveAmplitude { region } => Ok(self.waves(region, time)?.map_or(f64::NAN, |w| w.amplitude)),
+            Measure::Energy { part, over } => {
+                let snapshot = self.snapshot(time)?;
+                let topology = Topology::new(&mesh.faces);
+                let energies = Fields::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, snapshot.time)?;
+                Ok(take(energies, *part) / energy_scale("report: energy.over", over.as_ref(), scene)?)
+            }
+            Measure::EnergyRatio { part } => {
+                let snapshot = self.snapshot(time)?;
+                let topology = Topology::new(&mesh.faces);
+                let mut fields = Fields::new(scene, mesh, &topology, &self.setup)?;
+                let initial = fields.energies(&self.start, snapshot.time)?;
+                Ok(take(fields.energies(&snapshot, snapshot.time)?, *part) / take(initial, *part))
+            }
+            Measure::Field { name, component, statistic, region } => self.statistic(name, *component, *statistic, region.as_deref(), time),
+            Measure::History { column } => self.last(column),
+            Measure::NewtonIterations => Ok(self.last("newton_iterations")? + self.last("fallback_iterations")?),
+            Measure::Factorizations => self.last("factorizations"),
+        }
+    }
+
+    fn waves(&self, region: &str, time: Option<f64>) -> Result<Option<Waves>> {
+        let rim = rim(&self.mesh, "report: waves.region", region)?;
+        let along = |nodes: &[Vector3<f64>]| -> Vec<Vector3<f64>> { rim.iter().map(|v| nodes[*v]).collect() };
+        Ok(waves(&along(&self.mesh.nodes()), &along(&self.positions(time)?)))
+    }
+
+    fn statistic(&self, name: &str, component: usize, statistic: Statistic, region: Option<&str>, time: Option<f64>) -> Result<f64> {
+        let topology = Topology::new(&self.mesh.faces);
+        let state = Fields::new(&self.job.scene, &self.mesh, &topology, &self.setup)?.of(&self.snapshot(time)?)?;
+        // Scenes name fields with hyphens, as all their keywords; files with underscores.
+        let name = name.replace('-', "_");
+        let found = state.cell_data.iter().chain(&state.point_data).find(|f| f.name == name);
+        let Some(field) = found else {
+            let known: Vec<&str> = state.cell_data.iter().chain(&state.point_data).map(|f| f.name.as_str()).collect();
+            return Err(Error::input_with_help(
+                "report",
+                format!("there is no field '{name}'"),
+                format!("there are: {}", known.join(", ")),
+            ));
+        };
+        if component >= field.components {
+            return Err(Error::input(
+                "report",
+                format!("field '{name}' has {} components, {component} is not among them (they count from 0)", field.components),
+            ));
+        }
+        let mut values: Vec<f64> = field.data.iter().skip(component).step_by(field.components).copied().collect();
+        let mut weights = weights(&self.mesh, &state, field);
+        if let Some(region) = region {
+            let members = members(&self.mesh, "report: field.region", region, field.association)?;
+            values = members.iter().map(|i| values[*i]).collect();
+            weights = members.iter().filter_map(|i| weights.get(*i)).copied().collect();
+        }
+        Ok(match statistic {
+            Statistic::Min => values.iter().copied().fold(f64::INFINITY, f64::min),
+            Statistic::Max => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            Statistic::Mean => mean(&values, &weights),
+            Statistic::Median => median(&values, &weights),
+        })
+    }
+}
+
+/// Rest areas that belong to the faces, or to the vertices, which come before other nodes: these have none.
+fn weights(mesh: &Mesh, state: &State, field: &Field) -> Vec<f64> {
+    if field.association == Association::Face {
+        return state.areas.clone();
+    }
+    let mut weights = vec![0.0; mesh.vertices.len()];
+    for (face, area) in mesh.faces.iter().zip(&state.areas) {
+        face.iter().for_each(|v| weights[*v] += area / 3.0);
+    }
+    weights
+}
+
+/// The faces or vertices of a region, of which there must be some.
+pub fn members(mesh: &Mesh, key: &str, region: &str, association: Association) -> Result<Vec<usize>> {
+    let found = setup::region(mesh, key, region)?;
+    let (members, what) = if association == Association::Face { (&found.faces, "faces") } else { (&found.vertices, "vertices") };
+    if members.is_empty() {
+        return Err(Error::input(key, format!("region '{region}' has no {what}")));
+    }
+    Ok(members.clone())
+}
+
+/// The vertices of a closed rim in their order.
+pub fn rim(mesh: &Mesh, key: &str, region: &str) -> Result<Vec<usize>> {
+    let found = setup::region(mesh, key, region)?;
+    crate::report::waves::closed_loop(found).map_err(|e| Error::input(key, format!("region '{region}' {e}")))
+}
+
+fn take([membrane, bending]: [f64; 2], part: EnergyPart) -> f64 {
+    match part {
+        EnergyPart::Membrane => membrane,
+        EnergyPart::Bending => bending,
+        EnergyPart::Total => membrane + bending,
+    }
+}
+
+/// The energy [J] that energies are divided by.
+///
+/// # Errors
+/// One that is not positive for this shell.
+pub fn energy_scale(key: &str, over: Option<&Expr>, scene: &Scene) -> Result<f64> {
+    let Some(over) = over else { return Ok(1.0) };
+    let s = &scene.shell;
+    let scale = build::expression(key, over, scene::SHELL)?.eval(&[s.thickness, s.youngs_modulus, s.poissons_ratio]);
+    if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err(Error::input(key, format!("is {scale} J for this shell, must be > 0"))) }
+}
+
+/// Square of a curvature that is fitted to all nodes.
+fn curvature_square(mesh: &Mesh, positions: &[Vector3<f64>], of: CurvatureKind, weighting: Weighting) -> f64 {
+    // Curved faces by the four flat ones on their nodes.
+    let quarter = |[a, b, c, d, e, f]: [usize; 6]| [[a, d, f], [d, b, e], [f, e, c], [d, e, f]];
+    let faces: Vec<[usize; 3]> =
+        if mesh.midpoints.is_empty() { mesh.faces.clone() } else { mesh.six_node_faces().into_iter().flat_map(quarter).collect() };
+    let fitted = curvature(positions, &faces).into_iter().map(|c| match of {
+        CurvatureKind::Mean => c.mean * c.mean,
+        CurvatureKind::Gauss => c.gauss * c.gauss,
+    });
+    let squares: Vec<f64> = fitted.collect();
+    match weighting {
+        Weighting::Area => mean(&squares, &vertex_areas(positions, &faces)),
+        Weighting::Sum => squares.iter().sum(),
+    }
+}
+
+/// Field of the nodes with their places before the mesh was flattened [m].
+const ORIGINAL_POSITION: &str = "original_position";
+
+/// The exact shape that a map makes of the initial mesh.
+pub struct Image {
+    nodes: Vec<Vector3<f64>>,
+    /// The whole surface, where that is asked for.
+    surface: Option<Surface>,
+}
+
+impl Image {
+    /// Errors: an expression that is not finite at a node or, for the whole surface, somewhere between.
+    pub fn new(key: &str, position: &[Expr; 3], mesh: &Mesh, kind: Distance) -> Result<Self> {
+        let mut parsed = Vec::new();
+        for (i, text) in position.iter().enumerate() {
+            parsed.push(build::expression(&format!("{key}.{i}"), text, scene::PLACE)?);
+        }
+        let image = |p: Vector3<f64>| {
+            let values = place_values(scene::PLACE, &p, 0.0);
+            Vector3::from_iterator(parsed.iter().map(|e| e.eval(&values)))
+        };
+        let initial = mesh.nodes();
+        let nodes: Vec<_> = initial.iter().map(|p| image(*p)).collect();
+        for (p, q) in initial.iter().zip(&nodes) {
+            if let Some(i) = (0..3).find(|i| !q[*i].is_finite()) {
+                return Err(Error::input(format!("{key}.{i}"), format!("is {} at ({}, {}, {}) m", q[i], p.x, p.y, p.z)));
+            }
+        }
+        let surface = (kind == Distance::Hausdorff).then(|| Surface::new(mesh, &initial, image));
+        if surface.as_ref().is_some_and(|s| !s.is_finite()) {
+            return Err(Error::input(key, "is not finite somewhere between the nodes of the mesh"));
+        }
+        Ok(Image { nodes, surface })
+    }
+
+    /// The shape that the mesh had before it was flattened. Errors: a mesh that does not say, or with coordinates that are not finite.
+    pub fn original(key: &str, mesh: &Mesh, kind: Distance) -> Result<Self> {
+        let nodes = super::super::rest::node_positions(mesh, key, ORIGINAL_POSITION)?;
+        if let Some(i) = nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(Error::input(key, format!("field '{ORIGINAL_POSITION}' is not finite at node {i}")));
+        }
+        let surface = (kind == Distance::Hausdorff).then(|| Surface::new(mesh, &nodes, |p| p));
+        Ok(Image { nodes, surface })
+    }
+
+    /// Distance [m] from the shape with its nodes at `positions` [m].
+    fn distance(&self, mesh: &Mesh, positions: &[Vector3<f64>], mirror: bool) -> f64 {
+        match &self.surface {
+            None => nodes_distance(&self.nodes, positions, mirror),
+            Some(exact) => {
+                let now = Surface::new(mesh, positions, |p| p);
+                surface_distance((&self.nodes, exact), (positions, &now), mirror)
+            }
+        }
+    }
+}
+
+/// The vertex nearest to a place, of a region or of all.
+pub fn vertex_at(mesh: &Mesh, at: &[f64; 3], region: Option<&str>) -> Result<usize> {
+    let at = Vector3::from(*at);
+    let among = match region {
+        Some(name) => setup::region(mesh, "report", name)?.vertices.clone(),
+        None => (0..mesh.vertices.len()).collect(),
+    };
+    let distance = |v: &usize| (mesh.vertices[*v] - at).norm();
+    let nearest = among.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let nearest = nearest.ok_or_else(|| Error::input("report", "the region has no vertex"))?;
+    mesh_stage::near(mesh, nearest, &at).map_err(|e| Error::input("report: place of a vertex", e))?;
+    Ok(nearest)
+}

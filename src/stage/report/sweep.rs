@@ -1,0 +1,146 @@
+//! `report --sweep`: runs a scene over values of its keys, tabulates measures, fits laws.
+
+use super::super::{Job, mesh as mesh_stage, setup};
+use super::case::attempt;
+use crate::error::{Error, Result};
+use crate::report::{Sweep, SweepFit, SweepRow, sweep as table};
+use crate::scene::{self, Logarithmic, SweepMeasure, SweepValue};
+use serde_json::Value;
+use std::path::Path;
+
+/// Runs the scene at every value, or pair of values, that its `[[report.sweep]]` list, in folders of their own that do not stay, and
+/// tabulates what was measured (`sweep.json`, `sweep.md` in the case, and `json`).
+///
+/// # Errors
+/// A scene without a sweep, a value with which the scene is none, before anything runs; [`Error::Missed`] when a limit or an exponent is.
+/// Numerical failures become rows that say so.
+pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
+    let sweeps = job.scene.report.as_ref().map_or(&[][..], |r| &r.sweeps);
+    if sweeps.is_empty() {
+        return Err(Error::input(job.scene_file.display().to_string(), "the scene has no [[report.sweep]]"));
+    }
+    let planned = sweeps.iter().map(|sweep| plan(job, sweep)).collect::<Result<Vec<_>>>()?;
+    let mut results = Vec::new();
+    for (sweep, runs) in sweeps.iter().zip(planned) {
+        let mut rows = Vec::new();
+        for run in runs {
+            rows.push(row(job, sweep, run)?);
+        }
+        let fits = fits(sweep, &rows);
+        let keys = [Some(&sweep.key), sweep.second.as_ref().map(|s| &s.key)].into_iter().flatten().cloned().collect();
+        let measures = sweep.measures.iter().map(|m| m.name.clone()).collect();
+        results.push(Sweep { name: sweep.name.clone(), keys, measures, rows, fits });
+    }
+    let tables: Vec<String> = results.iter().map(Sweep::to_markdown).collect();
+    super::publish(job, "sweep", &table::to_json(&job.name(), &results), &tables.join("\n"), json)?;
+    let missed: Vec<&str> = results.iter().filter(|s| !s.passed()).map(|s| s.name.as_str()).collect();
+    if missed.is_empty() { Ok(()) } else { Err(Error::Missed(format!("expectations of sweeps missed: {}", missed.join(", ")))) }
+}
+
+/// One run of a sweep: its values and the scene with them.
+struct Run {
+    values: Vec<SweepValue>,
+    scene: scene::Scene,
+    text: String,
+}
+
+/// All runs of a sweep, each checked as `check` does.
+fn plan(job: &Job, sweep: &scene::Sweep) -> Result<Vec<Run>> {
+    let list = |values: &[SweepValue], logarithmic: &Option<Logarithmic>| logarithmic.map_or(values.to_vec(), |table| table.values());
+    let first = list(&sweep.values, &sweep.logarithmic);
+    let second = sweep.second.as_ref().map(|s| (s.key.as_str(), list(&s.values, &s.logarithmic)));
+    let mut runs = Vec::new();
+    for value in &first {
+        let pairs: Vec<Vec<(&str, &SweepValue)>> = match &second {
+            Some((key, others)) => others.iter().map(|other| vec![(sweep.key.as_str(), value), (*key, other)]).collect(),
+            None => vec![vec![(sweep.key.as_str(), value)]],
+        };
+        for pair in pairs {
+            let overrides: Vec<String> = pair.iter().map(|(key, value)| format!("{key}={}", value.text())).collect();
+            let (scene, text) = scene::parse(&job.scene_file.display().to_string(), &job.scene_text, &overrides)?;
+            let made = mesh_stage::make(&scene, &job.scene_file).and_then(|(mesh, _)| setup::make(&scene, &mesh));
+            made.map_err(|e| match e {
+                Error::Input { place, message, help } => {
+                    Error::Input { place: format!("sweep {}, {}: {place}", sweep.name, overrides.join(", ")), message, help }
+                }
+                other => other,
+            })?;
+            runs.push(Run { values: pair.into_iter().map(|(_, value)| value.clone()).collect(), scene, text });
+        }
+    }
+    Ok(runs)
+}
+
+fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
+    let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
+    let step = Job { scene: run.scene, scene_text: run.text, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
+    let measures: Vec<_> = sweep.measures.iter().map(|m| &m.measure).collect();
+    let trial = attempt(&step, &measures)?;
+    let cost = trial.cost;
+    let (measured, failure) = match trial.values {
+        Ok(values) => (values, None),
+        Err(reason) => (vec![None; measures.len()], Some(reason)),
+    };
+    let values: Vec<Value> = run.values.iter().map(json).collect();
+    let place: Vec<String> = values.iter().map(table::word).collect();
+    let limited = sweep.measures.iter().zip(&measured);
+    let missed = limited.filter_map(|(m, value)| limit(m, *value)).map(|m| format!("{}: {m}", place.join(", "))).collect();
+    let shown: Vec<String> = sweep
+        .measures
+        .iter()
+        .zip(&measured)
+        .map(|(m, v)| format!("{} {}", m.name, v.map_or("none".into(), |v| format!("{v:.6e}"))))
+        .collect();
+    log::info!("{} at {}: {}", sweep.name, place.join(", "), failure.clone().unwrap_or_else(|| shown.join(", ")));
+    Ok(SweepRow {
+        values,
+        measures: measured,
+        faces: cost.faces,
+        dofs: cost.dofs,
+        wall_s: cost.wall_s,
+        newton_iterations: cost.newton_iterations,
+        factorizations: cost.factorizations,
+        failure,
+        missed,
+    })
+}
+
+/// What a value misses, in words. Where there is no value, every limit is missed.
+fn limit(measure: &SweepMeasure, value: Option<f64>) -> Option<String> {
+    let (name, source) = (&measure.name, measure.source.as_deref()?);
+    let Some(value) = value else { return Some(format!("{name} has no value ({source})")) };
+    match (measure.least, measure.most) {
+        (Some(least), _) if value < least => Some(format!("{name} {value:e} is less than {least:e} ({source})")),
+        (_, Some(most)) if value > most => Some(format!("{name} {value:e} is more than {most:e} ({source})")),
+        _ => None,
+    }
+}
+
+/// A value of a key as JSON.
+fn json(value: &SweepValue) -> Value {
+    match value {
+        SweepValue::Whole(value) => Value::from(*value),
+        SweepValue::Number(value) => Value::from(*value),
+        SweepValue::Truth(value) => Value::from(*value),
+        SweepValue::Text(text) => Value::from(text.as_str()),
+    }
+}
+
+/// The fitted law, for each value of the second key.
+fn fits(sweep: &scene::Sweep, rows: &[SweepRow]) -> Vec<SweepFit> {
+    let Some(fit) = &sweep.fit else { return Vec::new() };
+    let scene::FitKind::Power = fit.kind;
+    let place = sweep.measures.iter().position(|m| m.name == fit.measure).unwrap_or(0);
+    let expected = fit.expect.as_ref().map(|e| (e.exponent, e.tolerance, e.source.as_str()));
+    let mut seconds: Vec<Option<&Value>> = Vec::new();
+    for row in rows {
+        if !seconds.contains(&row.values.get(1)) {
+            seconds.push(row.values.get(1));
+        }
+    }
+    let of = |second: &Option<&Value>| {
+        let rows: Vec<&SweepRow> = rows.iter().filter(|row| row.values.get(1) == *second).collect();
+        SweepFit::new(&fit.measure, place, &rows, expected)
+    };
+    seconds.iter().map(of).collect()
+}
