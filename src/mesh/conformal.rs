@@ -91,6 +91,13 @@ pub fn flatten(mesh: &Mesh, onto: Onto) -> Result<Flattened> {
     Ok(flat)
 }
 
+/// Faces with two sides on the boundary. On a disc the corner between the sides has almost a half turn, so they come out as slivers.
+pub fn corner_faces(mesh: &Mesh) -> Vec<usize> {
+    let topology = Topology::new(&mesh.faces);
+    let outer = |face: &usize| topology.face_edges[*face].iter().filter(|e| topology.is_boundary(**e)).count();
+    (0..mesh.faces.len()).filter(|face| outer(face) > 1).collect()
+}
+
 impl Mesh {
     /// Replaces the shape by its flat image in the xy plane, normal +z, and keeps regions and fields.
     ///

@@ -4,7 +4,7 @@ use super::Job;
 use super::build::{expression, place_values};
 use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archive};
 use crate::error::{Error, Result};
-use crate::mesh::conformal::Onto;
+use crate::mesh::conformal::{self, Onto};
 use crate::mesh::midpoints::{self, Surface};
 use crate::mesh::{FieldOn, Mesh, MeshField, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
@@ -215,6 +215,13 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             scene::FlattenOnto::Natural => Onto::Natural,
             scene::FlattenOnto::Disc => Onto::Disc { radius: radius() },
         };
+        let slivers = if onto == Onto::Natural { Vec::new() } else { conformal::corner_faces(&mesh) };
+        if let Some(first) = slivers.first() {
+            warnings.push(format!(
+                "flatten: {} faces have two sides on the boundary and become slivers on a disc, first face {first}; divide them from the corner",
+                slivers.len()
+            ));
+        }
         mesh.flatten(onto)?;
         warnings.extend(validate::check(&mut mesh, "flatten")?);
     }

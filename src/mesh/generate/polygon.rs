@@ -13,7 +13,8 @@ const SMALLEST_SIZE: f64 = 1e-9;
 /// Flat polygon in the xy plane with holes, unstructured triangles, normal +z.
 ///
 /// `points`: at least 3 corners [m] in either sense, not repeated at the end. `holes`: polygons like it, inside the outline and
-/// apart from each other. Sides are split into equal parts of about the target size. Regions: outline, hole-0, hole-1, ...
+/// apart from each other. Sides are split into equal parts of about the target size; no face has two sides
+/// on the boundary. Regions: outline, hole-0, hole-1, ...
 ///
 /// `place`: file or key that the points come from, for messages.
 pub fn outline(place: &str, points: &[[f64; 2]], holes: &[Vec<[f64; 2]>], triangulation: Triangulation) -> Result<Mesh> {
