@@ -11,11 +11,11 @@
 //! | [`case`] | a case's files: HDF5 (atomic, sealed by a checksum), history, VTK, hashes of inputs |
 //! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
 //! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
-//! | [`solve`] | Newton's method, descent, step sizes |
+//! | [`solve`] | Newton's method, descent, the way off unstable equilibria, step sizes |
 //! | [`shell`] | elements, hinges, rest forms, the Koiter energy, mass |
 //! | [`load`] | forces on nodes |
 //! | [`mesh`] | triangles, generators, file import, quality |
-//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation |
+//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation, lowest mode |
 //! | [`scene`] | what a scene file may say |
 //! | [`math`] | expressions |
 //! | [`snapshot`], [`error`] | named fields at one moment, which models and files share; what can go wrong |
@@ -45,7 +45,7 @@
 //!
 //! # Known gaps
 //!
-//! Contact, diffusion of moisture, materials other than St. Venant-Kirchhoff, reactions, arc length, disturbances of unstable states and
+//! Contact, diffusion of moisture, materials other than St. Venant-Kirchhoff, reactions, arc length and
 //! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
 //!

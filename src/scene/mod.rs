@@ -37,7 +37,7 @@ pub use report::{Expectation, Report};
 pub use rest::{Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Pullback, Rest, Sampling, Shape, Surface};
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
-pub use solve::{Dynamics, Output, Solver, Statics};
+pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
 pub use suspicion::suspicions;
 pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
 

@@ -83,6 +83,8 @@ pub(super) fn scene(scene: &Scene) -> Check {
     loads(scene)?;
     let angles = !scene.output.directors || scene.shell.director != Director::Average;
     require("output.directors", angles, "needs directors of the edges' own, which `average` has not")?;
+    let modes = !scene.output.lowest_mode || scene.statics.as_ref().is_some_and(|s| s.stable);
+    require("output.lowest_mode", modes, "needs `stable = true` in [statics]")?;
     let turned = |pin: &Pin| matches!(pin.director, Some(PinDirector::Rotation(_)));
     for (i, table) in scene.pins.iter().enumerate() {
         let angles = scene.shell.director != Director::Average || !turned(table);
@@ -270,13 +272,23 @@ fn time(scene: &Scene) -> Check {
     match (&scene.statics, &scene.dynamics) {
         (None, None) => Err(fault("", "exactly one of [statics] and [dynamics] must be given, found none")),
         (Some(_), Some(_)) => Err(fault("dynamics", "exactly one of [statics] and [dynamics] must be given, found both")),
-        (Some(statics), None) => within("statics.steps", statics.steps, 1..=100_000),
+        (Some(table), None) => statics(table, scene),
         (None, Some(dynamics)) => {
             positive("dynamics.dt", dynamics.dt, "s")?;
             positive("dynamics.end", dynamics.end, "s")?;
             expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)
         }
     }
+}
+
+fn statics(statics: &Statics, scene: &Scene) -> Check {
+    within("statics.steps", statics.steps, 1..=100_000)?;
+    let energies = !statics.stable || scene.moments.is_empty();
+    require("statics.stable", energies, "needs an energy to tell stable states by, which a [[moment]] has not")?;
+    let Some(perturbation) = &statics.perturbation else { return Ok(()) };
+    positive("statics.perturbation.amplitude", perturbation.amplitude, "m")?;
+    // Recorded scenes are TOML, whose integers have a sign.
+    require("statics.perturbation.seed", perturbation.seed <= i64::MAX as u64, "must be below 2^63")
 }
 
 /// Steps and output times are so few that the time grows by each of them.

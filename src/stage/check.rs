@@ -68,7 +68,9 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ("pin", format!("{}: {}{director}{moved}", pin.region, axes.join(" ")))
     }));
     if let Some(statics) = &scene.statics {
-        parts.push(("statics", format!("{} load steps", statics.steps)));
+        let stable = if statics.stable { ", unstable states are left" } else { "" };
+        let disturbed = statics.perturbation.as_ref().map_or(String::new(), |p| format!(", disturbed by {} m", p.amplitude));
+        parts.push(("statics", format!("{} load steps{stable}{disturbed}", statics.steps)));
     }
     if let Some(dynamics) = &scene.dynamics {
         parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));

@@ -29,6 +29,7 @@ pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
     let swells = scene.rest.as_ref().is_some_and(|r| r.linear.is_some() || r.bilayer.is_some());
     let mut names = vec![("displacement", 3)];
     names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));
+    names.extend(scene.output.lowest_mode.then_some(("lowest_mode", 3)));
     names.extend([("moisture_top", 1), ("moisture_bottom", 1)].into_iter().filter(|_| swells));
     names.extend(NAMES.iter().map(|(name, n, _)| (*name, *n)));
     names.extend(scene.machine_direction.as_ref().map(|_| ("machine_direction", 3)));
@@ -127,6 +128,9 @@ impl<'a> Fields<'a> {
         let mut point_data = vec![point("displacement", 3, "m", displacement)];
         if let Some(velocity) = snapshot.field("velocity") {
             point_data.push(point("velocity", 3, "m/s", velocity.data.clone()));
+        }
+        if let Some(mode) = snapshot.field("lowest_mode") {
+            point_data.push(point("lowest_mode", 3, "1", mode.data.clone()));
         }
         if let Some([top, bottom]) = rest::moisture(self.scene, self.mesh, snapshot.time)? {
             point_data.extend([point("moisture_top", 1, "%", top), point("moisture_bottom", 1, "%", bottom)]);

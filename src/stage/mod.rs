@@ -7,6 +7,7 @@ pub mod export;
 mod fields;
 mod loads;
 pub mod mesh;
+mod perturbation;
 pub mod report;
 mod rest;
 pub mod run;

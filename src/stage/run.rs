@@ -38,6 +38,10 @@ const COLUMNS: [&str; 9] = [
     "increment_m",
 ];
 
+/// Columns after the energies where unstable equilibria are left. Switches are totals since the start; eigenvalues [N/m3] are those of the
+/// equilibrium kept, and of the first one found in the step.
+const STABILITY: [&str; 3] = ["branch_switches", "lowest_eigenvalue", "lowest_eigenvalue_before"];
+
 /// The stage.
 ///
 /// # Errors
@@ -102,6 +106,12 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
                 row.extend([solved.negative_pivots as f64, solved.residual, solved.increment]);
                 row.extend(energies.iter().map(|(_, e)| *e));
+                if let Some(stability) = solved.stability {
+                    row.extend([counters.branch_switches as f64, stability.lowest, stability.before]);
+                    if stability.switches > 0 {
+                        job.say(&switched(&job.moment(plan.time), stability.before, stability.lowest));
+                    }
+                }
                 row.push(wall);
                 history.append(model.step(), &row)?;
                 history.sync()?;
@@ -147,7 +157,13 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
 /// Columns of the history after `step`.
 pub fn columns(model: &ShellModel) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
-    COLUMNS.into_iter().chain(energies).chain(["wall_s"]).collect()
+    let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
+    COLUMNS.into_iter().chain(energies).chain(stability.iter().copied()).chain(["wall_s"]).collect()
+}
+
+/// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
+pub fn switched(moment: &str, before: f64, after: f64) -> String {
+    format!("branch switched at {moment}: lowest eigenvalue {before:.4e} N/m3 before, {after:.4e} N/m3 after")
 }
 
 /// Path of the history.
@@ -158,7 +174,7 @@ pub fn history_path(job: &Job) -> PathBuf {
 /// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end and the output times may change.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver))
+    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))
         .map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }

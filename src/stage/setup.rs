@@ -69,7 +69,8 @@ pub fn path(job: &Job) -> PathBuf {
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
     let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
-    let start = (s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity));
+    let statics = s.statics.as_ref().map(|table| &table.perturbation);
+    let start = (statics, s.dynamics.as_ref().map(|d| &d.velocity));
     let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
@@ -105,7 +106,7 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
         None => setup.initial_forms.clone(),
     };
     drop(shell);
-    let model = build::model(scene, mesh, &topology, &setup)?;
+    let mut model = build::model(scene, mesh, &topology, &setup)?;
     for time in if scene.statics.is_some() { &[0.0, 1.0][..] } else { &[0.0] } {
         model.prescribed(*time).map_err(|failure| match failure {
             StepFailure::Input { place, reason } => Error::input(place, reason),
@@ -114,6 +115,9 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     }
     super::report::check_measures(scene, mesh, &super::run::columns(&model))?;
     setup.free_unknowns = model.free_unknowns();
+    if let Some(table) = scene.statics.as_ref().and_then(|s| s.perturbation.as_ref()) {
+        super::perturbation::apply(table, scene, mesh, &topology, &setup, &mut model)?;
+    }
     Ok((setup, model.snapshot()))
 }
 

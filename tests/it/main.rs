@@ -23,6 +23,7 @@ mod physics_directors;
 mod physics_motion;
 mod physics_newton;
 mod physics_sampling;
+mod physics_stability;
 mod physics_supports;
 mod physics_swelling;
 mod pipeline_absent;

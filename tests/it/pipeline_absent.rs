@@ -136,3 +136,14 @@ fn directors() {
         &["director"],
     );
 }
+
+#[test]
+fn stability_and_disturbances() {
+    let resting = with(STATIC, "steps = 8", "steps = 3");
+    let stable = with(&resting, "steps = 3", "steps = 3\nstable = true") + "[output]\nlowest_mode = true\n";
+    assert_traceless(&stable, &resting, &["lowest_", "branch_switches"]);
+    // A disturbance is in the first state and nowhere else.
+    let disturbed = with(&resting, "steps = 3", "steps = 3\nperturbation = { amplitude = 1e-5 }");
+    let (with_it, without) = (traces(&disturbed), traces(&resting));
+    assert!(with_it.of(&["disturb", "perturb"]).is_empty() && with_it.all().eq(without.all()));
+}

@@ -46,6 +46,9 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     let outcome = Outcome::new(job.name(), results, case.cost()?);
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
+    for line in case.switches() {
+        text.push_str(&format!("\n{line}.\n"));
+    }
     if let Some(unstable) = case.unstable() {
         text.push_str(&format!(
             "\nWarning: the last equilibrium is unstable in {unstable} directions; a small disturbance would make the shell leave it.\n"
