@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Rotation2, Rotation3, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
 use thinshell::case::{self, Archive, Kind};
 use thinshell::mesh::conformal::{Flattened, Onto, flatten};
-use thinshell::mesh::generate::{Pattern, Triangulation, annulus, cylinder, disc, outline, rectangle, rectangle_delaunay, sphere_cap};
+use thinshell::mesh::generate::{Pattern, Triangulation, annulus, cylinder, disc, outline, rectangle, sphere_cap};
 use thinshell::mesh::{Mesh, MeshField, Topology};
 
 const DISC: Onto = Onto::Disc { radius: 1.5 };
@@ -223,8 +223,14 @@ fn one_cell_and_slender_shapes() {
         }
     }
     // Behind a neck images shrink by `e^(-pi length/width)`, so meshes must resolve the width.
-    let slender = [2, 4].map(|n| {
-        let mesh = rectangle_delaunay([4.0, 1.0], [20 * n, 5 * n], None, 1).unwrap();
+    let slender = [2, 4, 8].map(|n| {
+        let mesh = outline(
+            "slender",
+            &[[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [0.0, 1.0]],
+            &[],
+            Triangulation { size: 0.3 / n as f64, min_angle: 25.0 },
+        )
+        .unwrap();
         quasi_conformal_error(&mesh, &flatten(&mesh, DISC).unwrap())
     });
     assert_order("slender, ratio of stretches", &slender, 0.8);

@@ -34,8 +34,9 @@ pub struct Filled {
     pub sides: Vec<Vec<Vec<usize>>>,
 }
 
-/// Fills the domain to the left of `polygons` with about `faces` triangles of edge length `size` [m].
-pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64, seed: u64) -> Result<Filled, String> {
+/// Fills the domain to the left of `polygons` with about `faces` triangles of edge length `size` [m]. `share_corners`: whether every corner is
+/// shared by two faces or more.
+pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64, seed: u64, share_corners: bool) -> Result<Filled, String> {
     let mut points = Vec::new();
     let mut pieces = Vec::new();
     let mut corners = Vec::new();
@@ -68,7 +69,7 @@ pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64,
         domain = Domain::new(finer);
     }
 
-    if let Some(split) = without_ears(&domain)? {
+    if share_corners && let Some(split) = corners_shared(&domain)? {
         points = split.vertices().map(|v| Vector2::new(v.position().x, v.position().y)).collect();
         domain = Domain::new(split);
     }
@@ -286,7 +287,7 @@ fn smooth(points: &mut [Vector2<f64>], fixed: usize, faces: &[[usize; 3]]) {
 
 /// The triangulation with the inner edge of each face halved that has two sides on the boundary; `None` if there is no such face. Alone in its
 /// corner, a face would have no vertex that can move inside, and no conformal map could spread the corner.
-fn without_ears(domain: &Domain) -> Result<Option<Cdt>, String> {
+fn corners_shared(domain: &Domain) -> Result<Option<Cdt>, String> {
     let is_outer = |a: usize, b: usize| domain.next.get(&a) == Some(&b);
     let inner_edges: Vec<[usize; 2]> = domain
         .faces
