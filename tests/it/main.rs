@@ -10,6 +10,7 @@ mod load_edges;
 mod load_potentials;
 mod load_scenes;
 mod material_scenes;
+mod mesh_conformal;
 mod mesh_fields;
 mod mesh_files;
 mod mesh_generate;

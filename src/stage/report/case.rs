@@ -119,7 +119,11 @@ pub fn attempt(job: &Job, measures: &[&crate::scene::Measure]) -> Result<Trial> 
         Ok(()) => {
             let case = Case::load(job)?;
             let values = measures.iter().map(|m| Ok(Some(case.measure(m, None)?).filter(|v| v.is_finite())));
-            Ok(Trial { values: Ok(values.collect::<Result<_>>()?), cost: case.cost()?, longest_edge: Quality::of(&case.mesh).edge_length[2] })
+            Ok(Trial {
+                values: Ok(values.collect::<Result<_>>()?),
+                cost: case.cost()?,
+                longest_edge: Quality::of(&case.mesh).edge_length[2],
+            })
         }
         Err(Error::Numerical { message, .. }) => {
             let mesh = mesh_stage::load(job)?;
