@@ -93,7 +93,8 @@ pub fn to_markdown(rows: &[LadderRow]) -> String {
     let row = |r: &LadderRow| {
         let [order, fitted] = [r.order, r.fitted_order].map(|order| order.map_or("-".into(), |o| format!("{o:.2}")));
         let error = r.failure.as_ref().map_or_else(|| optional(r.error), |f| format!("failed: {}", cell(f)));
-        let counts = [r.faces.to_string(), r.dofs.to_string(), error, order, fitted, format!("{:.2}", r.wall_s), r.factorizations.to_string()];
+        let counts =
+            [r.faces.to_string(), r.dofs.to_string(), error, order, fitted, format!("{:.2}", r.wall_s), r.factorizations.to_string()];
         let sampling = sampled.then(|| r.sampling.unwrap_or("-").to_owned());
         let kind = [cell(&r.director), cell(&r.mesh)].into_iter().chain(sampling).chain([number(r.thickness)]);
         kind.chain(counts).collect()
