@@ -29,7 +29,8 @@ pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector,
 pub use machine_direction::{MachineDirection, Transport};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
-    Annulus, Cylinder, Disc, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation,
+    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap,
+    Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Report};
@@ -120,6 +121,9 @@ pub struct Scene {
     pub description: String,
     /// Where the triangles come from.
     pub mesh: MeshTable,
+    /// Flattens the mesh by a conformal map. Absent: the mesh keeps its shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flatten: Option<Flatten>,
     /// Named parts of the mesh, added to those a mesh file or generator names.
     #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<RegionTable>,

@@ -58,12 +58,13 @@ fn mesh_size(mesh: &MeshTable) -> Option<f64> {
         MeshTable::Annulus(table) => Some(table.radii[1] - table.radii[0]),
         MeshTable::Cylinder(table) => Some(table.length.min(table.radius * table.angle.to_radians())),
         MeshTable::SphereCap(table) => Some(2.0 * table.radius * table.half_angle.to_radians()),
-        MeshTable::Outline(table) => (0..2)
-            .map(|axis| {
-                let values = table.points.iter().map(|point| point[axis]);
+        MeshTable::Outline(table) => table.points.as_ref().and_then(|points| {
+            let extent = |axis: usize| {
+                let values = points.iter().map(|point| point[axis]);
                 values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
-            })
-            .reduce(f64::min),
+            };
+            (0..2).map(extent).reduce(f64::min)
+        }),
         MeshTable::File(_) => None,
     }
 }

@@ -66,6 +66,11 @@ pub(super) fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Exp
 /// Every rule.
 pub(super) fn scene(scene: &Scene) -> Check {
     mesh(&scene.mesh)?;
+    if let Some(flatten) = &scene.flatten {
+        positive_or_absent("flatten.radius", flatten.radius, "m")?;
+        let has_radius = flatten.radius.is_none() || flatten.onto == FlattenOnto::Disc;
+        require("flatten.radius", has_radius, "needs `onto = \"disc\"`")?;
+    }
     regions(&scene.regions)?;
     time(scene)?;
     shell(scene)?;
@@ -157,7 +162,11 @@ fn mesh(mesh: &MeshTable) -> Check {
             within("mesh.sphere-cap.rings", table.rings, RINGS)
         }
         MeshTable::Outline(table) => {
-            polygon("mesh.outline.points", &table.points)?;
+            let key = "mesh.outline";
+            require(key, table.points.is_some() != table.file.is_some(), "exactly one of `points` and `file` must be given")?;
+            let named = table.file.as_ref().is_none_or(|file| !file.as_os_str().is_empty());
+            require("mesh.outline.file", named, "must not be empty")?;
+            table.points.as_ref().map_or(Ok(()), |points| polygon("mesh.outline.points", points))?;
             for (i, hole) in table.holes.iter().enumerate() {
                 polygon(&format!("mesh.outline.holes.{i}"), hole)?;
             }

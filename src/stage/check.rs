@@ -2,7 +2,8 @@
 
 use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
-use crate::scene::{MachineDirection, MeshTable, PinDirector, Rest, Scene, Shell};
+use crate::mesh::{Mesh, conformal};
+use crate::scene::{FlattenOnto, MachineDirection, MeshTable, PinDirector, Rest, Scene, Shell};
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -14,6 +15,7 @@ pub fn run(job: &Job) -> Result<()> {
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let (setup, _) = setup::make(&job.scene, &mesh)?;
     let mut lines = parts(&job.scene);
+    lines.extend(job.scene.flatten.map(|table| ("flatten", flattened(table.onto, &mesh))));
     let extent: [f64; 3] = std::array::from_fn(|k| {
         let along = mesh.vertices.iter().map(|v| v[k]);
         along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min)
@@ -87,6 +89,19 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     parts
 }
 
+/// What became of a mesh that was flattened.
+fn flattened(onto: FlattenOnto, mesh: &Mesh) -> String {
+    let shape = match onto {
+        FlattenOnto::Disc => "disc",
+        FlattenOnto::Natural => "natural boundary",
+    };
+    let [least, most] = mesh
+        .fields
+        .get(conformal::FACTOR)
+        .map_or([0.0; 2], |factor| [f64::min, f64::max].map(|extreme| factor.data.iter().copied().reduce(extreme).unwrap_or_default()));
+    format!("{shape}, lengths were {:.4} to {:.4} times as long", least.exp(), most.exp())
+}
+
 /// The laws in the order in which they follow one another.
 fn rest_laws(rest: &Rest) -> String {
     let laws = [
@@ -128,7 +143,13 @@ fn mesh(mesh: &MeshTable) -> String {
         MeshTable::Annulus(table) => format!("annulus, {} x {} cells", table.cells[0], table.cells[1]),
         MeshTable::Cylinder(table) => format!("cylinder, {} x {} cells", table.cells[0], table.cells[1]),
         MeshTable::SphereCap(table) => format!("sphere cap, {} rings", table.rings),
-        MeshTable::Outline(table) => format!("outline, {} corners, {} holes", table.points.len(), table.holes.len()),
+        MeshTable::Outline(table) => {
+            let corners = match (&table.file, &table.points) {
+                (Some(file), _) => file.display().to_string(),
+                (None, points) => format!("{} corners", points.as_ref().map_or(0, Vec::len)),
+            };
+            format!("outline, {corners}, {} holes", table.holes.len())
+        }
         MeshTable::File(table) => format!("file {}", table.path.display()),
     }
 }

@@ -31,7 +31,10 @@ impl Reader<'_> {
             Scalar::Expr(expr) => self.expr(key, expr, scene::PLACE_AND_TIME),
             Scalar::Field(named) => {
                 let sampler = mesh_field(self.mesh, &format!("{key}.field"), &named.field, 1)?;
-                Ok(Box::new(move |site, _| sampler.at(site.face, site.place).map_or(f64::NAN, |v| v[0])))
+                let value = move |site: &Site| sampler.at(site.face, site.place).map_or(f64::NAN, |v| v[0]);
+                let Some(times) = &named.times else { return Ok(Box::new(move |site, _| value(site))) };
+                let times = self.expr(&format!("{key}.times"), times, scene::PLACE_AND_TIME)?;
+                Ok(Box::new(move |site, t| times(site, t) * value(site)))
             }
         }
     }

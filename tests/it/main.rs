@@ -9,6 +9,7 @@ mod finite_differences;
 mod load_edges;
 mod load_potentials;
 mod load_scenes;
+mod mesh_conformal;
 mod mesh_fields;
 mod mesh_files;
 mod mesh_generate;

@@ -5,7 +5,7 @@ use super::super::fields::{Fields, State};
 use super::super::{mesh as mesh_stage, setup};
 use super::case::Case;
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, Topology};
+use crate::mesh::{Mesh, Topology, conformal};
 use crate::report::{Surface, Waves, curvature, cylinder_distance, mean, median, nodes_distance, surface_distance, vertex_areas, waves};
 use crate::scene::{self, CurvatureKind, Distance, EnergyPart, Expr, Measure, Scene, Statistic, Weighting};
 use crate::snapshot::{Association, Field};
@@ -166,9 +166,6 @@ fn curvature_square(mesh: &Mesh, positions: &[Vector3<f64>], of: CurvatureKind, 
     }
 }
 
-/// Field of the nodes with their places before the mesh was flattened [m].
-const ORIGINAL_POSITION: &str = "original_position";
-
 /// The exact shape that a map makes of the initial mesh.
 pub struct Image {
     nodes: Vec<Vector3<f64>>,
@@ -203,9 +200,9 @@ impl Image {
 
     /// The shape that the mesh had before it was flattened. Errors: a mesh that does not say, or with coordinates that are not finite.
     pub fn original(key: &str, mesh: &Mesh, kind: Distance) -> Result<Self> {
-        let nodes = super::super::rest::node_positions(mesh, key, ORIGINAL_POSITION)?;
+        let nodes = super::super::rest::node_positions(mesh, key, conformal::POSITION)?;
         if let Some(i) = nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-            return Err(Error::input(key, format!("field '{ORIGINAL_POSITION}' is not finite at node {i}")));
+            return Err(Error::input(key, format!("field '{}' is not finite at node {i}", conformal::POSITION)));
         }
         let surface = (kind == Distance::Hausdorff).then(|| Surface::new(mesh, &nodes, |p| p));
         Ok(Image { nodes, surface })
