@@ -6,7 +6,8 @@
 //!
 //! From the displaced state the energy falls along the implicit gradient flow: each step minimises the energy and a pull
 //! `sigma/2 |x - x_k|_M^2` towards where it starts, by the mixed iteration, whose count does not depend on the thickness. A step is taken only
-//! if the energy with the pull fell and no pivot was negative; then the pull is weakened, else strengthened. Without a pull it is Newton's method.
+//! if the energy with the pull fell and no pivot was negative; then the pull is weakened, else strengthened. Without a pull it is Newton's method,
+//! which cannot settle along a mode whose eigenvalue is lost in round-off: there the flow ends where the energy no longer falls.
 //! Where several modes are unstable, descent on the energy goes ahead while it pays; on the floors of valleys, where it stalls, the flow does not.
 //! Paths of equilibria are not followed here.
 
@@ -17,6 +18,12 @@ use crate::sparse::{Curvature, Kind, Numbering, Pattern, Potential, System};
 
 /// Equilibria that one step may leave.
 const MOST_SWITCHES: usize = 20;
+
+/// Weakest pull, over the rate at which the mode grew that was left, that a floor without slope is told by.
+const NEUTRAL: f64 = 1e-2;
+
+/// Steps without a fall of the energy after which the floor counts as one.
+const IDLE: usize = 4;
 
 /// What is known of the lowest modes of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,19 +104,20 @@ impl Newton {
             let known = stability.insert(Stability { before: stability.map_or(lowest, |s| s.before), lowest, switches });
             solved.stability = Some(*known);
             if negative_pivots == 0 {
+                self.counters.branch_switches += switches;
                 return Ok(solved);
             }
             log::debug!("the equilibrium is unstable: lowest eigenvalue {lowest:e} N/m3, {negative_pivots} negative pivots");
             let noise = self.round_off(potentials, x);
             let Some(step) = self.step_along_mode(potentials, x, noise) else {
                 log::debug!("along the lowest mode the energy does not fall by more than round-off: the equilibrium counts as neutral");
+                self.counters.branch_switches += switches;
                 return Ok(solved);
             };
             // Far past a branch, where several modes grow, the way is long and its first part steep.
             let fallen = if negative_pivots > 1 { self.fall(potentials, x) } else { 0 };
             let found = self.flow(potentials, x, -lowest, step, noise)?;
             solved = Solved { iterations: solved.iterations + fallen + found.iterations, ..found };
-            self.counters.branch_switches += 1;
         }
         Err(Failure::Unstable(stability.map(|s| s.lowest)))
     }
@@ -132,38 +140,51 @@ impl Newton {
         potentials.iter_mut().for_each(|p| p.prepare(x));
         self.assemble(potentials, x, Curvature::Mixed);
         let hessian = self.system.matrix.clone();
-        // A zero pivot here is a branching point that was hit exactly, and no mechanism.
-        let negative_pivots = self.solve_linear(Kind::Ldlt).map_err(|_| Failure::Unstable(None))?;
+        // A zero pivot here is a branching point that was hit exactly, and no mechanism: its mode tells the side.
+        let pivots = self.solve_linear(Kind::Ldlt).ok();
+        // Eigenvalues below this are round-off, and so is what a solve with a matrix makes of their modes.
+        let stiffness = self.pattern.column_start.iter().zip(mass).filter(|(_, m)| **m > 0.0);
+        let least = 64.0 * f64::EPSILON * stiffness.map(|(slot, m)| hessian[*slot as usize].abs() / m).fold(0.0, f64::max);
         let mut sigma = 0.0;
-        if negative_pivots > 0 {
+        if pivots.is_none() {
+            sigma = self.shift_above(&hessian, mass, least)?;
+        } else if pivots > Some(0) {
             // About the eigenvalue next to zero: what K^-1 M makes of a vector without symmetry.
             let start: Vec<f64> = (0..mass.len()).map(|i| (0.618_034 * (i + 1) as f64).fract() - 0.5).collect();
             let mut y: Vec<f64> = start.iter().zip(mass).map(|(s, m)| s * m).collect();
             self.cholesky.solve(&mut y);
             let size = |v: &[f64]| v.iter().zip(mass).map(|(v, m)| v * v * m).sum::<f64>().sqrt();
-            sigma = size(&start) / size(&y);
-            loop {
-                if !(sigma.is_finite() && sigma > 0.0) {
-                    return Err(Failure::Unstable(None));
-                }
-                let diagonal = self.pattern.column_start.iter().zip(mass);
-                self.system.matrix.copy_from_slice(&hessian);
-                diagonal.for_each(|(slot, m)| self.system.matrix[*slot as usize] += sigma * m);
-                self.counters.factorizations += 1;
-                match self.cholesky.refactor(&self.pattern, &self.system.matrix, Kind::Ldlt) {
-                    Ok(done) if done.negative_pivots == 0 => break,
-                    _ => sigma *= 4.0,
-                }
-            }
+            sigma = self.shift_above(&hessian, mass, (size(&start) / size(&y)).max(least))?;
         }
-        let mut mode = largest(mass, &mut |y| self.cholesky.solve(y)).ok_or(Failure::Unstable(None))?;
+        let mut found = largest(mass, &mut |y| self.cholesky.solve(y));
+        if found.is_none() {
+            sigma = self.shift_above(&hessian, mass, 16.0 * sigma.max(least))?;
+            found = largest(mass, &mut |y| self.cholesky.solve(y));
+        }
+        let mut mode = found.ok_or(Failure::Unstable(None))?;
         mode.value = 1.0 / mode.value - sigma;
         // The largest coordinate is 1, and the first that is half as large positive: the sign does not hang on round-off.
         let coordinates = || mode.vector.iter().zip(mass).filter(|(_, m)| **m > 0.0).map(|(v, _)| *v);
         let size = coordinates().fold(0.0f64, |m, v| m.max(v.abs()));
         let sign = coordinates().find(|v| v.abs() > 0.5 * size).map_or(1.0, f64::signum);
         mode.vector.iter_mut().for_each(|v| *v *= sign / size);
+        let negative_pivots = pivots.unwrap_or(usize::from(mode.value < 0.0));
         Ok((mode, negative_pivots))
+    }
+
+    /// Factors `hessian + sigma M`, with a `sigma` [N/m3] of at least this that makes it positive definite; returns it.
+    fn shift_above(&mut self, hessian: &[f64], mass: &[f64], mut sigma: f64) -> Result<f64, Failure> {
+        while sigma.is_finite() && sigma > 0.0 {
+            self.system.matrix.copy_from_slice(hessian);
+            let diagonal = self.pattern.column_start.iter().zip(mass);
+            diagonal.for_each(|(slot, m)| self.system.matrix[*slot as usize] += sigma * m);
+            self.counters.factorizations += 1;
+            match self.cholesky.refactor(&self.pattern, &self.system.matrix, Kind::Ldlt) {
+                Ok(done) if done.negative_pivots == 0 => return Ok(sigma),
+                _ => sigma *= 4.0,
+            }
+        }
+        Err(Failure::Unstable(None))
     }
 
     /// Round-off of the energy [J] at the equilibrium `x`: how far it changes as coordinates do in their last digit, where it ought not to. It
@@ -241,6 +262,8 @@ impl Newton {
         let (mut weight, mut movement, mut iterations) = (1.25 * rate, step, 0);
         // What the pull is weakened by.
         let mut ease: f64 = 0.1;
+        // Steps in a row with a weak pull in which the energy changed by no more than round-off.
+        let mut idle = 0;
         for _ in 0..4 * self.settings.max_iterations {
             potentials.iter_mut().for_each(|p| {
                 p.prepare(x);
@@ -269,7 +292,10 @@ impl Newton {
                         solved.iterations,
                         -change
                     );
-                    if free {
+                    // Along a neutral mode, as a cylinder's turn about the axis of a disc, round-off of the forces moves the shell further
+                    // than the tolerance and Newton's method does not settle. Where the energy has stopped falling is then all there is to know.
+                    idle = if weight <= NEUTRAL * rate && change >= -noise { idle + 1 } else { 0 };
+                    if free || idle == IDLE {
                         return Ok(Solved { iterations, ..solved });
                     }
                     // While movements grow the pull is what keeps the flow near its path; then it only costs steps.

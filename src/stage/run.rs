@@ -100,7 +100,13 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 wall += clock.elapsed().as_secs_f64();
                 let counters = model.counters();
                 let solved = report.solved;
-                unstable = job.scene.statics.as_ref().map(|_| solved.negative_pivots);
+                let lowest = solved.stability.map(|s| s.lowest);
+                unstable = job
+                    .scene
+                    .statics
+                    .as_ref()
+                    .filter(|_| solved.negative_pivots > 0)
+                    .map(|_| self::unstable(solved.negative_pivots, lowest));
                 let energies = model.energies();
                 let mut row = vec![plan.time, plan.dt, f64::from(halvings)];
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
@@ -142,8 +148,8 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             return Err(Error::Interrupted(number));
         }
     }
-    if let Some(unstable) = unstable.filter(|n| *n > 0 && control.plan(model.time()).is_none()) {
-        log::warn!("the last equilibrium is unstable in {unstable} directions: a small disturbance would make the shell leave it");
+    if let Some(unstable) = unstable.filter(|_| control.plan(model.time()).is_none()) {
+        log::warn!("{unstable}");
     }
     let counters = model.counters();
     job.say(&place("at", job, &model, &folder));
@@ -164,6 +170,19 @@ pub fn columns(model: &ShellModel) -> Vec<&'static str> {
 /// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
 pub fn switched(moment: &str, before: f64, after: f64) -> String {
     format!("branch switched at {moment}: lowest eigenvalue {before:.4e} N/m3 before, {after:.4e} N/m3 after")
+}
+
+/// What is said of a last equilibrium with negative pivots. `lowest`: its lowest eigenvalue [N/m3], where unstable ones are left: then the
+/// energy does not fall by more than round-off along the mode.
+pub fn unstable(negative_pivots: usize, lowest: Option<f64>) -> String {
+    let directions = if negative_pivots == 1 { "1 direction".into() } else { format!("{negative_pivots} directions") };
+    match lowest {
+        None => format!("the last equilibrium is unstable in {directions}; a small disturbance would make the shell leave it"),
+        Some(lowest) => format!(
+            "the last equilibrium is neutral within round-off in {directions}: lowest eigenvalue {lowest:.4e} N/m3, along whose mode the energy \
+             does not fall"
+        ),
+    }
 }
 
 /// Path of the history.

@@ -35,10 +35,14 @@ impl<'a> Case<'a> {
         Ok(Case { job, mesh, setup, start, folder, history })
     }
 
-    /// Unstable directions of the last equilibrium, if it has any.
-    pub fn unstable(&self) -> Option<f64> {
+    /// What is said of the last equilibrium: that it is unstable, or stable where the scene asks for such. None in dynamics.
+    pub fn stability(&self) -> Option<String> {
         self.job.scene.statics.as_ref()?;
-        self.history.last("negative_pivots").filter(|n| *n > 0.0)
+        let negative = self.history.last("negative_pivots")?;
+        match self.history.last("lowest_eigenvalue") {
+            Some(lowest) if negative == 0.0 => Some(format!("The last equilibrium is stable: lowest eigenvalue {lowest:.4e} N/m3")),
+            lowest => (negative > 0.0).then(|| format!("Warning: {}", run_stage::unstable(negative as usize, lowest))),
+        }
     }
 
     /// Steps that left an unstable equilibrium, in words.
