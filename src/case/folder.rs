@@ -21,7 +21,15 @@ pub struct Folder {
 
 /// The right to write into a case; ends when dropped or when the process ends, however it ends.
 #[derive(Debug)]
-pub struct Lock(#[expect(dead_code, reason = "held, not used: closing the file ends the lock")] File);
+pub struct Lock(File);
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing the file is not enough: a program that another thread is just starting has it open until it has started. If this fails, the
+        // end of the last of them ends the lock.
+        let _ = self.0.unlock();
+    }
+}
 
 /// The checkpoint that a run goes on from.
 #[derive(Debug, Default)]
