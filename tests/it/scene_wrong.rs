@@ -184,6 +184,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (", source = \"squares\" }", " }", "`source` and a limit, `least` or `most`, need each other"),
     ("name = \"left over\"", "name = §\"energy\"", "report.sweep.0.measures.1.name = \"energy\": a measure of this name comes before"),
     ("fit = { measure = \"energy\"", "fit = { measure = §\"work\"", "report.sweep.0.fit.measure = \"work\": is the name of no measure"),
+    ("lowest = \"left over\"", "lowest = §\"work\"", "report.sweep.0.fit.lowest = \"work\": is the name of no measure of the sweep"),
     ("kind = \"power\"", "kind = §\"line\"", "`line` is not a choice here"),
     ("exponent = 0.0", "exponent = §inf", "report.sweep.0.fit.expect.exponent = inf: must be finite"),
     ("tolerance = 0.1,", "tolerance = §-1,", "report.sweep.0.fit.expect.tolerance = -1: must be >= 0 [1]"),
