@@ -11,13 +11,25 @@ use std::time::Instant;
 use thinshell::mesh::generate::{Pattern as Cells, rectangle};
 use thinshell::mesh::{Mesh, Topology};
 use thinshell::shell::rest::Forms;
-use thinshell::shell::{Director, Koiter, LinearAverage, LinearFree, Material, Measure, QuadraticFree, Shell};
+use thinshell::shell::{
+    Bilayer, Constitution, Director, Koiter, LinearAverage, LinearFree, Material, Measure, QuadraticFree, Shell, koiter,
+};
 use thinshell::sparse::{Curvature, Numbering, Pattern, System};
 
 /// Rounds of which the best counts.
 const ROUNDS: usize = 30;
 /// Rows of the square matrices of the dense product.
 const DENSE: usize = 512;
+
+/// Laws that are evaluated point by point, on the linear element.
+const GENERAL: &[(&str, Constitution)] = &[
+    ("linear bilayer", {
+        let layers = Bilayer { top_thickness: 4e-4, youngs_moduli: [2e9, 1e9], poissons_ratios: [0.3, 0.4] };
+        Constitution::Bilayer(layers)
+    }),
+    ("linear neo-hookean", Constitution::NeoHookean),
+    ("linear tension-field", Constitution::TensionField { compression: 1e-3 }),
+];
 
 /// A shell bound to its matrix, at a state away from rest.
 struct Case {
@@ -69,13 +81,21 @@ fn main() {
     let average = LinearAverage::new(&mesh, &topology, &free);
     let mut cases = vec![
         Case::new("linear free-tan", Box::new(Koiter::new(tan, materials.clone(), None)), &mesh.vertices),
-        Case::new("linear average", Box::new(Koiter::new(average, materials, None)), &mesh.vertices),
+        Case::new("linear average", Box::new(Koiter::new(average, materials.clone(), None)), &mesh.vertices),
     ];
+    for (name, constitution) in GENERAL {
+        let element = LinearFree::new(&mesh, &topology, Measure::Tan, &free);
+        let laws = vec![*constitution; mesh.faces.len()];
+        cases.push(Case::new(name, koiter(element, materials.clone(), laws, None), &mesh.vertices));
+    }
     let (mesh, topology, free, materials) = square(50);
     let midpoints: Vec<_> = topology.edges.iter().map(|[a, b]| 0.5 * (mesh.vertices[*a] + mesh.vertices[*b])).collect();
     let element = QuadraticFree::new(&mesh, &topology, &midpoints, Measure::Tan, &free);
-    let nodes = [mesh.vertices, midpoints].concat();
-    cases.push(Case::new("quadratic free-tan", Box::new(Koiter::new(element, materials, None)), &nodes));
+    let nodes = [&mesh.vertices[..], &midpoints].concat();
+    cases.push(Case::new("quadratic free-tan", Box::new(Koiter::new(element, materials.clone(), None)), &nodes));
+    let element = QuadraticFree::new(&mesh, &topology, &nodes[mesh.vertices.len()..], Measure::Tan, &free);
+    let rubber = vec![Constitution::NeoHookean; mesh.faces.len()];
+    cases.push(Case::new("quadratic neo-hookean", koiter(element, materials, rubber, None), &nodes));
 
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     cases.retain(|case| wanted.iter().all(|w| case.name.contains(w.as_str())));
@@ -92,11 +112,11 @@ fn main() {
     }
     let rate = 2.0 * (DENSE as f64).powi(3) / dense;
     println!("dense product: {:.1} Gflop/s", rate * 1e-9);
-    println!("{:<20} {:>8} {:>26} {:>30}", "", "", "us per face", "dense-equivalent kflop");
-    println!("{:<20} {:>8} {:>12} {:>14} {:>14} {:>14}", "element", "faces", "assemble", "extrapolate", "assemble", "extrapolate");
+    println!("{:<22} {:>8} {:>26} {:>30}", "", "", "us per face", "dense-equivalent kflop");
+    println!("{:<22} {:>8} {:>12} {:>14} {:>14} {:>14}", "element", "faces", "assemble", "extrapolate", "assemble", "extrapolate");
     for case in &cases {
         let [a, e] = case.best.map(|t| t / case.shell.faces() as f64);
         let [fa, fe] = [a, e].map(|t| t * rate * 1e-3);
-        println!("{:<20} {:>8} {:>12.3} {:>14.3} {:>14.1} {:>14.1}", case.name, case.shell.faces(), a * 1e6, e * 1e6, fa, fe);
+        println!("{:<22} {:>8} {:>12.3} {:>14.3} {:>14.1} {:>14.1}", case.name, case.shell.faces(), a * 1e6, e * 1e6, fa, fe);
     }
 }

@@ -11,11 +11,11 @@
 //! | [`case`] | a case's files: HDF5 (atomic, sealed by a checksum), history, VTK, hashes of inputs |
 //! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
 //! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
-//! | [`solve`] | Newton's method, descent, step sizes |
-//! | [`shell`] | elements, hinges, rest forms, the Koiter energy, mass |
+//! | [`solve`] | Newton's method, descent, the way off unstable equilibria, step sizes |
+//! | [`shell`] | elements, hinges, rest forms, materials, the Koiter energy, mass |
 //! | [`load`] | forces on nodes |
 //! | [`mesh`] | triangles, generators, file import, quality |
-//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation |
+//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation, lowest mode |
 //! | [`scene`] | what a scene file may say |
 //! | [`math`] | expressions |
 //! | [`snapshot`], [`error`] | named fields at one moment, which models and files share; what can go wrong |
@@ -32,6 +32,8 @@
 //! | `b` | second fundamental form, `-dr.dn`: a sphere with outward normals has `b = -a/R` | m |
 //! | `abar`, `bbar` | rest forms | m2, m |
 //! | `h`, `E`, `nu` | thickness, Young's modulus, Poisson's ratio | m, Pa, 1 |
+//! | `E1`, `E2`, `nu12`, `G12` | moduli along (1) and across (2) the machine direction | Pa, 1, Pa |
+//! | `lambda`, `mu` | Lame parameters of a body, of the neo-Hookean law (elsewhere `mu` is a swelling coefficient) | Pa |
 //! | `alpha`, `beta` | plane-stress Lame parameters `E nu / (1 - nu^2)`, `E / (2 (1 + nu))` | Pa |
 //! | `p`, `phi` | frozen reference of an edge's director and the director's angle from it, turning about the edge | 1, rad |
 //! | `m+`, `m-` | additional moisture at the top (the side of the normal) and the bottom | % |
@@ -41,11 +43,11 @@
 //!
 //! One file with a [`sparse::Potential`] (energy, gradient, Hessian, couplings), one table in [`scene`], one arm in `stage::build`, its tests
 //! and its smallest scene. Nothing else changes: pattern, solver, checkpoints and absence follow from the list of potentials. A growth law is
-//! a [`shell::rest::Law`], a function of a point; an element is a [`shell::Element`] with its number of unknowns and points.
+//! a [`shell::rest::Law`], a function of a point; a material is a kind of [`shell::Constitution`], a function of the six forms; an element is a [`shell::Element`] with its number of unknowns and points.
 //!
 //! # Known gaps
 //!
-//! Contact, diffusion of moisture, materials other than St. Venant-Kirchhoff, reactions, arc length, disturbances of unstable states and
+//! Contact, diffusion of moisture, incompressible rubber, reactions, arc length and
 //! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
 //!

@@ -3,6 +3,7 @@
 //! A [`Mesh`] is plain data that a generator ([`generate`]) or a reader ([`import`]) fills, [`validate`] accepts and `mesh.h5`
 //! stores. [`Topology`] and [`Quality`] are derived from it. This module knows nothing of scenes, materials or unknowns.
 
+pub mod conformal;
 mod field;
 pub mod generate;
 pub mod import;
@@ -49,6 +50,13 @@ impl Mesh {
         let edges = Topology::new(&self.faces).face_edges;
         let node = |edge: usize| self.vertices.len() + edge;
         self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[2]), node(e[0]), node(e[1])]).collect()
+    }
+
+    /// Straight faces through all nodes: each curved face becomes four, face `f` the faces `4 f` to `4 f + 3`. Without regions and fields.
+    fn divided(&self) -> Mesh {
+        let faces =
+            self.six_node_faces().into_iter().flat_map(|[a, b, c, ab, bc, ca]| [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]);
+        Mesh { vertices: self.nodes(), faces: faces.collect(), ..Mesh::default() }
     }
 
     /// Drops the vertices that are not to be kept, also from regions and fields. Every vertex of a face must be kept.

@@ -284,7 +284,7 @@ fn touching_parts(mesh: &Mesh, place: &str) -> Option<String> {
 }
 
 /// Number of groups of faces at a vertex that hang together by edges at it: the ends of open fans, two each, or closed rings.
-fn fans(mesh: &Mesh, vertex: usize, star: &[usize]) -> usize {
+pub(super) fn fans(mesh: &Mesh, vertex: usize, star: &[usize]) -> usize {
     let mut spokes: Vec<[usize; 2]> = star
         .iter()
         .filter_map(|&f| {

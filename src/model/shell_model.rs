@@ -64,6 +64,8 @@ pub struct ShellModel {
     step: u64,
     time: f64,
     rest_is_set: bool,
+    /// Whether checkpoints keep the lowest mode.
+    keeps_mode: bool,
 }
 
 /// What an accepted step has to tell.
@@ -104,10 +106,30 @@ impl ShellModel {
         parts.shell.set_rest(&parts.initial_forms);
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
         let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
-        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false };
+        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, keeps_mode: false };
         model.set_rest(0.0).map_err(|e| Error::input("rest", e))?;
         model.parts.shell.restart(&model.x);
         Ok(model)
+    }
+
+    /// From now on steps leave unstable equilibria. `areas`: rest area of each node [m2]. `keep_mode`: whether checkpoints have the lowest mode.
+    pub fn leave_unstable(&mut self, areas: &[f64], keep_mode: bool) {
+        self.newton.set_stabilizer(areas);
+        self.keeps_mode = keep_mode;
+    }
+
+    /// Whether steps leave unstable equilibria.
+    pub fn leaves_unstable(&self) -> bool {
+        self.newton.leaves_unstable()
+    }
+
+    /// Moves the first state by `displacements` of the nodes [m]; the rest shape stays. `directors`: those of the moved shape.
+    pub fn disturb(&mut self, displacements: &[Vector3<f64>], directors: &[Vector3<f64>]) {
+        for (x, d) in self.x.chunks_exact_mut(3).zip(displacements) {
+            x.iter_mut().zip(d.iter()).for_each(|(x, d)| *x += d);
+        }
+        self.parts.shell.set_directors(directors);
+        self.parts.shell.restart(&self.x);
     }
 
     /// Number of free unknowns.
@@ -211,6 +233,10 @@ impl ShellModel {
             Failure::NotContracting(movement) => {
                 StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
             }
+            Failure::Unstable(Some(lowest)) => StepFailure::Equations(format!(
+                "the equilibrium is unstable (lowest eigenvalue {lowest:.3e} N/m3) and no stable one was found"
+            )),
+            Failure::Unstable(None) => StepFailure::Equations("the equilibrium is unstable and its lowest mode was not found".into()),
         })?;
         for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
             *v = (now - before) / dt;
@@ -280,13 +306,17 @@ impl ShellModel {
             fields.push(field("director", Association::Director, 3, "1", directors.iter().flat_map(|d| [d.x, d.y, d.z]).collect()));
         }
         fields.push(field("lagged_stress", Association::Point, 6, "J/m2, J/m", self.parts.shell.lagged()));
+        if let Some(mode) = self.newton.lowest_mode().filter(|_| self.keeps_mode) {
+            fields.push(field("lowest_mode", Association::Node, 3, "1", mode[..lengths].to_vec()));
+        }
         let counters = self.counters();
         let numbers = [
             ("newton_iterations", counters.newton_iterations),
             ("fallback_iterations", counters.fallback_iterations),
             ("factorizations", counters.factorizations),
         ];
-        let numbers = numbers.map(|(name, value)| (name.to_string(), value as f64)).to_vec();
+        let switches = self.leaves_unstable().then_some(("branch_switches", counters.branch_switches));
+        let numbers = numbers.into_iter().chain(switches).map(|(name, value)| (name.to_string(), value as f64)).collect();
         Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers }
     }
 
@@ -321,6 +351,7 @@ impl ShellModel {
             newton_iterations: count("newton_iterations"),
             fallback_iterations: count("fallback_iterations"),
             factorizations: count("factorizations"),
+            branch_switches: count("branch_switches"),
         });
         self.set_rest(self.time)?;
         self.set_loads(self.time);

@@ -54,7 +54,7 @@ pub struct LadderExpectation {
     /// Sampling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sampling: Option<Sampling>,
-    /// Smallest order against the next coarser run that passes [1].
+    /// Smallest order, fitted over all resolutions, that passes [1].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_order: Option<f64>,
     /// Largest error that passes, in the measure's unit.

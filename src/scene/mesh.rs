@@ -25,6 +25,26 @@ pub enum MeshTable {
     File(MeshFile),
 }
 
+impl MeshTable {
+    /// Path of the file that the mesh is read or made from, relative to the scene file.
+    pub fn file(&self) -> Option<&PathBuf> {
+        match self {
+            MeshTable::File(table) => Some(&table.path),
+            MeshTable::Outline(table) => table.file.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// The same, to change it.
+    pub fn file_mut(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            MeshTable::File(table) => Some(&mut table.path),
+            MeshTable::Outline(table) => table.file.as_mut(),
+            _ => None,
+        }
+    }
+}
+
 /// How a structured rectangle is cut into triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -141,8 +161,12 @@ pub struct SphereCap {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Outline {
-    /// Corners in the xy plane [m], at least 3, in either sense, not repeated at the end.
-    pub points: Vec<[f64; 2]>,
+    /// Corners in the xy plane [m], at least 3, in either sense, not repeated at the end. Either these or `file`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<[f64; 2]>>,
+    /// CSV file with the corners instead: columns `x` and `y` [m], `#` before comments. Path relative to the scene file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
     /// Polygons cut out, inside the outline and apart from each other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub holes: Vec<Vec<[f64; 2]>>,
@@ -179,13 +203,35 @@ fn one() -> f64 {
     1.0
 }
 
+/// Replaces the shape of the mesh, a surface in one piece with one boundary and no holes or handles, by its conformal image in the xy plane,
+/// normal +z. Regions by `where` and `nearest` are those of the flat mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Flatten {
+    /// Shape of the flat mesh.
+    pub onto: FlattenOnto,
+    /// Radius of the disc [m], > 0; by default such that the disc has the area of the surface. With `onto = "disc"` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+}
+
+/// Shapes of a flattened mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FlattenOnto {
+    /// A disc around the origin; the mean of the surface by area goes to its centre.
+    Disc,
+    /// Lengths at the boundary stay as they are; the origin is the mean of the surface by area.
+    Natural,
+}
+
 /// A named part of the mesh, by one of `where`, `nearest`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionTable {
     /// Name, used by pins, materials and reports; must be new.
     pub name: String,
-    /// Condition on a place of the initial mesh, of x, y, z, r, theta: `"x < 0.01"`. Vertices where it holds, edges with both ends
+    /// Condition on a place of the initial mesh (with `[flatten]` the flat one), of x, y, z, r, theta: `"x < 0.01"`. Vertices where it holds, edges with both ends
     /// among them, faces where it holds at the centroid.
     #[serde(default, rename = "where", skip_serializing_if = "Option::is_none")]
     pub condition: Option<Expr>,

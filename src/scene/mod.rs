@@ -6,6 +6,7 @@
 mod ladder;
 mod load;
 mod machine_direction;
+mod material;
 mod measure;
 mod mesh;
 mod read;
@@ -27,16 +28,18 @@ use serde::{Deserialize, Serialize};
 pub use ladder::{Ladder, LadderExpectation, LadderMesh};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
+pub use material::{Composition, Lame, Layer, Layers, Material, OrthotropicModuli};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
-    Annulus, Cylinder, Disc, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap, Triangulation,
+    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap,
+    Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Report};
 pub use rest::{Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Pullback, Rest, Sampling, Shape, Surface};
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
-pub use solve::{Dynamics, Output, Solver, Statics};
+pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
 pub use suspicion::suspicions;
 pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
 
@@ -120,6 +123,9 @@ pub struct Scene {
     pub description: String,
     /// Where the triangles come from.
     pub mesh: MeshTable,
+    /// Flattens the mesh by a conformal map. Absent: the mesh keeps its shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flatten: Option<Flatten>,
     /// Named parts of the mesh, added to those a mesh file or generator names.
     #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<RegionTable>,

@@ -199,8 +199,8 @@ pub struct Linear {
     pub mu_perp: Option<f64>,
 }
 
-/// Law `bilayer`: `gbar+- = (1 + m+- mu+-)^2 (a0 -+ 2/3 h b0)`: the top and the bottom half of the shell swell as a whole. With
-/// `[shell.bilayer]` the layers are those, of their own thickness and modulus.
+/// Law `bilayer`: `gbar+- = (1 + m+- mu+-)^2 (a0 -+ 2/3 h b0)`: the top and the bottom half of the shell swell as a whole. Where
+/// `bilayer` of `[shell]` or `[[shell.region]]` makes layers of their own thickness and moduli, these swell, and the forms are those of least energy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bilayer {

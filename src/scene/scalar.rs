@@ -14,12 +14,16 @@ pub enum Scalar {
     Field(MeshField),
 }
 
-/// Name of a field of the mesh.
+/// Field of the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshField {
     /// The field's name in the file.
     pub field: String,
+    /// Factor on the field's values, of the variables that an expression in its place may have. With `times = "t"` a logarithm of growth
+    /// comes into force as a power, so that large growth is spread evenly over the steps. Default: 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub times: Option<Expr>,
 }
 
 impl<'de> Deserialize<'de> for Scalar {

@@ -1,5 +1,6 @@
 //! Table `[shell]`: element, thickness and material.
 
+use super::material::{Lame, Layers, Material, OrthotropicModuli};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +63,7 @@ pub enum Mass {
     Lumped,
 }
 
-/// The shell. `thickness`, `density`, `youngs_modulus` and `poissons_ratio` hold wherever no region says otherwise.
+/// The shell. Thickness, density and material hold wherever no region says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shell {
@@ -74,10 +75,27 @@ pub struct Shell {
     pub director: Director,
     /// Thickness [m], > 0.
     pub thickness: f64,
-    /// Young's modulus [Pa], > 0.
-    pub youngs_modulus: f64,
-    /// Poisson's ratio, -1 < nu < 0.5.
-    pub poissons_ratio: f64,
+    /// Young's modulus [Pa], > 0. May be absent where `orthotropic` or both layers of `bilayer` say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub youngs_modulus: Option<f64>,
+    /// Poisson's ratio, -1 < nu < 0.5. May be absent as `youngs_modulus` may.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poissons_ratio: Option<f64>,
+    /// Law of the material. Default: `stvk`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// First Lame parameter of `stvk`. Default: `plane-stress`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lame: Option<Lame>,
+    /// Share of the membrane's stiffness that `tension-field` leaves in compression, > 0 and <= 1. Default: 1e-3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compression: Option<f64>,
+    /// Other moduli along the fibres than across. Not with `bilayer`; `stvk` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orthotropic: Option<OrthotropicModuli>,
+    /// Two layers of different materials. `stvk` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bilayer: Option<Layers>,
     /// Density [kg/m3], > 0. Needed by dynamics and gravity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
@@ -92,7 +110,8 @@ pub struct Shell {
     pub regions: Vec<ShellRegion>,
 }
 
-/// Values for the faces of one region. Absent keys: the shell's own.
+/// Values for the faces of one region. Absent keys: the shell's own; but a region that names `material`, `orthotropic` or `bilayer` says the
+/// whole law anew, and of the shell's only thickness, density, `youngs_modulus` and `poissons_ratio` stay in force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShellRegion {
@@ -107,6 +126,21 @@ pub struct ShellRegion {
     /// Poisson's ratio, -1 < nu < 0.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poissons_ratio: Option<f64>,
+    /// Law of the material. Default: `stvk`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// First Lame parameter of `stvk`. Default: `plane-stress`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lame: Option<Lame>,
+    /// Share of the membrane's stiffness that `tension-field` leaves in compression, > 0 and <= 1. Default: 1e-3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compression: Option<f64>,
+    /// Other moduli along the fibres than across. Not with `bilayer`; `stvk` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orthotropic: Option<OrthotropicModuli>,
+    /// Two layers of different materials. `stvk` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bilayer: Option<Layers>,
     /// Density [kg/m3], > 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,

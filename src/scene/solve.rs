@@ -10,6 +10,26 @@ pub struct Statics {
     /// Load steps, 1 to 100000; a step that fails is halved.
     #[serde(default = "default_steps")]
     pub steps: usize,
+    /// Leave equilibria that are unstable: after each step the lowest mode of the Hessian is found, and where its eigenvalue is negative the
+    /// shell is moved along it and flows down to a minimum. Adds `branch_switches`, `lowest_eigenvalue` and `lowest_eigenvalue_before` to the
+    /// history, the latter two in N/m3 (pressure per displacement by the mode), of the equilibrium kept and of the first one found in the step.
+    /// Not with moments, which have no energy.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stable: bool,
+    /// Disturbs the state that the first step starts from; the rest shape stays. Absent: not disturbed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perturbation: Option<Perturbation>,
+}
+
+/// A smooth disturbance along the surface's normal: waves of random direction and phase, the same at a place on every mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Perturbation {
+    /// Largest displacement of a node [m], > 0; held coordinates stay.
+    pub amplitude: f64,
+    /// Another seed makes another disturbance; 0 to 2^63 - 1.
+    #[serde(default)]
+    pub seed: u64,
 }
 
 fn default_steps() -> usize {
@@ -57,4 +77,8 @@ pub struct Output {
     /// Also export the directors of the edges, as points with a vector each (`vtk/directors.pvd`). Not with `director = "average"`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub directors: bool,
+    /// Also keep and export the lowest mode of each equilibrium, field `lowest_mode` of the nodes, its largest coordinate 1. Needs
+    /// `statics.stable`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub lowest_mode: bool,
 }

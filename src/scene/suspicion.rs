@@ -7,7 +7,7 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
     let mut found = Vec::new();
     let size = mesh_size(&scene.mesh);
     let shell = &scene.shell;
-    let whole = ("shell".to_owned(), [Some(shell.thickness), Some(shell.youngs_modulus), shell.density]);
+    let whole = ("shell".to_owned(), [Some(shell.thickness), shell.youngs_modulus, shell.density]);
     let parts = shell.regions.iter().enumerate();
     let parts = parts.map(|(i, part)| (format!("shell.region.{i}"), [part.thickness, part.youngs_modulus, part.density]));
     for (key, [thickness, modulus, density]) in std::iter::once(whole).chain(parts) {
@@ -23,6 +23,20 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
         }
         if let Some(density) = density.filter(|density| !(1.0..=30_000.0).contains(density)) {
             found.push(format!("{key}.density = {density} kg/m3 is outside 1 to 30000; is it in g/cm3 or per area?"));
+        }
+    }
+    let whole = ("shell".to_owned(), shell.orthotropic, shell.bilayer);
+    let parts = shell.regions.iter().enumerate().map(|(i, part)| (format!("shell.region.{i}"), part.orthotropic, part.bilayer));
+    for (key, orthotropic, bilayer) in std::iter::once(whole).chain(parts) {
+        let fibres = orthotropic.map_or(Vec::new(), |o| o.youngs_moduli.to_vec());
+        let layers = bilayer.map_or(Vec::new(), |b| [b.top, b.bottom].iter().filter_map(|layer| layer.youngs_modulus).collect());
+        for (table, moduli) in [("orthotropic.youngs_moduli", fibres), ("bilayer", layers)] {
+            found.extend(
+                moduli
+                    .iter()
+                    .filter(|modulus| !(1e2..=1e13).contains(*modulus))
+                    .map(|modulus| format!("{key}.{table} has a modulus of {modulus:e} Pa, outside 1e2 to 1e13; is it in MPa or GPa?")),
+            );
         }
     }
     if let Some(size) = size.filter(|size| *size > 1e3) {
@@ -58,12 +72,13 @@ fn mesh_size(mesh: &MeshTable) -> Option<f64> {
         MeshTable::Annulus(table) => Some(table.radii[1] - table.radii[0]),
         MeshTable::Cylinder(table) => Some(table.length.min(table.radius * table.angle.to_radians())),
         MeshTable::SphereCap(table) => Some(2.0 * table.radius * table.half_angle.to_radians()),
-        MeshTable::Outline(table) => (0..2)
-            .map(|axis| {
-                let values = table.points.iter().map(|point| point[axis]);
+        MeshTable::Outline(table) => table.points.as_ref().and_then(|points| {
+            let extent = |axis: usize| {
+                let values = points.iter().map(|point| point[axis]);
                 values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
-            })
-            .reduce(f64::min),
+            };
+            (0..2).map(extent).reduce(f64::min)
+        }),
         MeshTable::File(_) => None,
     }
 }

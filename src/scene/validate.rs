@@ -66,6 +66,11 @@ pub(super) fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Exp
 /// Every rule.
 pub(super) fn scene(scene: &Scene) -> Check {
     mesh(&scene.mesh)?;
+    if let Some(flatten) = &scene.flatten {
+        positive_or_absent("flatten.radius", flatten.radius, "m")?;
+        let has_radius = flatten.radius.is_none() || flatten.onto == FlattenOnto::Disc;
+        require("flatten.radius", has_radius, "needs `onto = \"disc\"`")?;
+    }
     regions(&scene.regions)?;
     time(scene)?;
     shell(scene)?;
@@ -78,6 +83,8 @@ pub(super) fn scene(scene: &Scene) -> Check {
     loads(scene)?;
     let angles = !scene.output.directors || scene.shell.director != Director::Average;
     require("output.directors", angles, "needs directors of the edges' own, which `average` has not")?;
+    let modes = !scene.output.lowest_mode || scene.statics.as_ref().is_some_and(|s| s.stable);
+    require("output.lowest_mode", modes, "needs `stable = true` in [statics]")?;
     let turned = |pin: &Pin| matches!(pin.director, Some(PinDirector::Rotation(_)));
     for (i, table) in scene.pins.iter().enumerate() {
         let angles = scene.shell.director != Director::Average || !turned(table);
@@ -155,7 +162,11 @@ fn mesh(mesh: &MeshTable) -> Check {
             within("mesh.sphere-cap.rings", table.rings, RINGS)
         }
         MeshTable::Outline(table) => {
-            polygon("mesh.outline.points", &table.points)?;
+            let key = "mesh.outline";
+            require(key, table.points.is_some() != table.file.is_some(), "exactly one of `points` and `file` must be given")?;
+            let named = table.file.as_ref().is_none_or(|file| !file.as_os_str().is_empty());
+            require("mesh.outline.file", named, "must not be empty")?;
+            table.points.as_ref().map_or(Ok(()), |points| polygon("mesh.outline.points", points))?;
             for (i, hole) in table.holes.iter().enumerate() {
                 polygon(&format!("mesh.outline.holes.{i}"), hole)?;
             }
@@ -205,7 +216,11 @@ fn regions(regions: &[RegionTable]) -> Check {
 
 fn shell(scene: &Scene) -> Check {
     let shell = &scene.shell;
-    material("shell", Some(shell.thickness), Some(shell.youngs_modulus), Some(shell.poissons_ratio), shell.density)?;
+    let whole = Composition::of(shell);
+    positive("shell.thickness", shell.thickness, "m")?;
+    positive_or_absent("shell.density", shell.density, "kg/m3")?;
+    material("shell", &whole)?;
+    composition("shell", &whole, "")?;
     positive_or_absent("shell.viscosity", shell.viscosity, "s")?;
     let both = shell.element == Element::Quadratic && shell.director == Director::Average;
     require("shell.director", !both, "`average` exists for the linear element only")?;
@@ -217,17 +232,45 @@ fn shell(scene: &Scene) -> Check {
     for (i, table) in shell.regions.iter().enumerate() {
         let key = format!("shell.region.{i}");
         named(&format!("{key}.region"), &table.region)?;
-        material(&key, table.thickness, table.youngs_modulus, table.poissons_ratio, table.density)?;
+        positive_or_absent(&format!("{key}.thickness"), table.thickness, "m")?;
+        positive_or_absent(&format!("{key}.density"), table.density, "kg/m3")?;
+        let own = Composition { thickness: table.thickness.unwrap_or(shell.thickness), ..Composition::default() }.within(table);
+        material(&key, &own)?;
+        let there = whole.within(table);
+        let idle = there.orthotropic.is_some() && (table.youngs_modulus.is_some() || table.poissons_ratio.is_some());
+        require(&key, !idle, "`youngs_modulus` and `poissons_ratio` have no effect here, the material is `orthotropic`")?;
+        composition(&key, &there, &table.region)?;
     }
     Ok(())
 }
 
-fn material(key: &str, thickness: Option<f64>, modulus: Option<f64>, ratio: Option<f64>, density: Option<f64>) -> Check {
-    positive_or_absent(&format!("{key}.thickness"), thickness, "m")?;
+fn isotropic(key: &str, modulus: Option<f64>, ratio: Option<f64>) -> Check {
     positive_or_absent(&format!("{key}.youngs_modulus"), modulus, "Pa")?;
     let valid = ratio.is_none_or(|ratio| ratio > -1.0 && ratio < 0.5);
-    require(&format!("{key}.poissons_ratio"), valid, "must be > -1 and < 0.5")?;
-    positive_or_absent(&format!("{key}.density"), density, "kg/m3")
+    require(&format!("{key}.poissons_ratio"), valid, "must be > -1 and < 0.5")
+}
+
+/// Ranges of the numbers that one table gives.
+fn material(key: &str, own: &Composition) -> Check {
+    isotropic(key, own.youngs_modulus, own.poissons_ratio)?;
+    let share = own.compression.is_none_or(|share| share > 0.0 && share <= 1.0);
+    require(&format!("{key}.compression"), share, "must be > 0 and <= 1")?;
+    if let Some(table) = &own.orthotropic {
+        let key = format!("{key}.orthotropic");
+        (0..2).try_for_each(|i| positive(&format!("{key}.youngs_moduli.{i}"), table.youngs_moduli[i], "Pa"))?;
+        finite(&format!("{key}.poissons_ratio"), &[table.poissons_ratio], "1")?;
+        positive(&format!("{key}.shear_modulus"), table.shear_modulus, "Pa")?;
+    }
+    let Some(table) = &own.bilayer else { return Ok(()) };
+    positive(&format!("{key}.bilayer.top_thickness"), table.top_thickness, "m")?;
+    isotropic(&format!("{key}.bilayer.top"), table.top.youngs_modulus, table.top.poissons_ratio)?;
+    isotropic(&format!("{key}.bilayer.bottom"), table.bottom.youngs_modulus, table.bottom.poissons_ratio)
+}
+
+/// What holds together, in a region or all over.
+fn composition(key: &str, there: &Composition, region: &str) -> Check {
+    let place = if region.is_empty() { String::new() } else { format!(" (region '{region}')") };
+    there.check().map_err(|(name, message)| fault(&format!("{key}.{name}"), format!("{message}{place}")))
 }
 
 fn pin(key: &str, pin: &Pin) -> Check {
@@ -261,13 +304,23 @@ fn time(scene: &Scene) -> Check {
     match (&scene.statics, &scene.dynamics) {
         (None, None) => Err(fault("", "exactly one of [statics] and [dynamics] must be given, found none")),
         (Some(_), Some(_)) => Err(fault("dynamics", "exactly one of [statics] and [dynamics] must be given, found both")),
-        (Some(statics), None) => within("statics.steps", statics.steps, 1..=100_000),
+        (Some(table), None) => statics(table, scene),
         (None, Some(dynamics)) => {
             positive("dynamics.dt", dynamics.dt, "s")?;
             positive("dynamics.end", dynamics.end, "s")?;
             expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)
         }
     }
+}
+
+fn statics(statics: &Statics, scene: &Scene) -> Check {
+    within("statics.steps", statics.steps, 1..=100_000)?;
+    let energies = !statics.stable || scene.moments.is_empty();
+    require("statics.stable", energies, "needs an energy to tell stable states by, which a [[moment]] has not")?;
+    let Some(perturbation) = &statics.perturbation else { return Ok(()) };
+    positive("statics.perturbation.amplitude", perturbation.amplitude, "m")?;
+    // Recorded scenes are TOML, whose integers have a sign.
+    require("statics.perturbation.seed", perturbation.seed <= i64::MAX as u64, "must be below 2^63")
 }
 
 /// Steps and output times are so few that the time grows by each of them.

@@ -1,32 +1,16 @@
 //! Koiter energy of a shell: membrane and bending, with Kelvin-Voigt damping, for any element (seed A, section 3; PHYSICS A2).
 //!
 //! Per face and integration point, with `S = abar^-1` and `||M||^2 = alpha/2 tr(M)^2 + beta tr(M^2)`:
-//! `w sqrt(det abar) ( h/4 ||S (a - abar)||^2 + h^3/12 ||S (b - bbar)||^2 )`, and for damping the same of the change of `a` and `b` since
-//! the last step, times `eta / dt`. Bodies of matter other than St. Venant-Kirchhoff are not here.
+//! `w sqrt(det abar) ( h/4 ||S (a - abar)||^2 + h^3/12 ||S (b - bbar)||^2 )`, or what another [`Constitution`] makes of the six forms, and for
+//! damping the quadratic energy at small strain of the change of `a` and `b` since the last step, times `eta / dt`. The laws are not here.
 
+use super::constitutive::{Constitutive, General, Uncoupled};
 use super::element::{Element, Strain};
+use super::material::{Constitution, Material, split};
+use super::projection::project_stress;
 use super::rest::Forms;
 use crate::sparse::{Curvature, Numbering, Pattern, Potential, Scatter, System};
 use nalgebra::Vector3;
-
-/// Material of one face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
-    /// Thickness [m].
-    pub thickness: f64,
-    /// Young's modulus [Pa].
-    pub youngs_modulus: f64,
-    /// Poisson's ratio [1].
-    pub poissons_ratio: f64,
-}
-
-impl Material {
-    /// Plane-stress Lame parameters `alpha = E nu / (1 - nu^2)` and `beta = E / (2 (1 + nu))` [Pa].
-    pub fn lame(&self) -> [f64; 2] {
-        let (e, nu) = (self.youngs_modulus, self.poissons_ratio);
-        [e * nu / (1.0 - nu * nu), e / (2.0 * (1.0 + nu))]
-    }
-}
 
 /// A shell as the rest of the program sees it, whatever its element.
 pub trait Shell: Potential {
@@ -52,7 +36,8 @@ pub trait Shell: Potential {
     fn forms(&self, x: &[f64]) -> Vec<Strain>;
     /// Tangent vectors at `x` [m], one pair per point.
     fn tangents(&self, x: &[f64]) -> Vec<[Vector3<f64>; 2]>;
-    /// Energies at `x` [J]: membrane, bending.
+    /// Energies at `x` [J]: membrane, that of the same first form with the rest's second form; bending, what the present one adds to it. For
+    /// laws that couple the two, the bending part holds the coupling and may be negative.
     fn energies(&self, x: &[f64]) -> [f64; 2];
     /// Weights of the integration points in the reference triangle; they add up to 1/2.
     fn weights(&self) -> &'static [f64];
@@ -66,82 +51,47 @@ struct Damping {
 }
 
 /// Koiter energy over an element.
-pub struct Koiter<E, const N: usize, const P: usize> {
+pub struct Koiter<E, const N: usize, const P: usize, L = Uncoupled> {
     element: E,
     scatter: Scatter<N>,
-    materials: Vec<Material>,
-    /// Rest forms a11 a12 a22 b11 b12 b22 per point.
-    rest: Vec<Strain>,
-    /// Per point, the symmetric matrix `C` (11 12 13 22 23 33) with `m.C.m / 2 = w sqrt(det abar) ||S m||^2`.
-    stiffness: Vec<[f64; 6]>,
+    law: L,
     lagged: Vec<Strain>,
     /// Directors and lagged stresses to put back when an iteration fails.
     saved: (Vec<Vector3<f64>>, Vec<Strain>),
     damping: Option<Damping>,
 }
 
-/// `C m` for `C` by its upper triangle.
-#[inline(always)]
-fn times(c: &[f64; 6], m: [f64; 3]) -> [f64; 3] {
-    [c[0] * m[0] + c[1] * m[1] + c[2] * m[2], c[1] * m[0] + c[3] * m[1] + c[4] * m[2], c[2] * m[0] + c[4] * m[1] + c[5] * m[2]]
-}
-
-/// Matrix `C` with `m.C.m / 2 = weight sqrt(det abar) (alpha/2 tr(S M)^2 + beta tr((S M)^2))`, `m = (M11, M12, M22)`.
-fn norm_matrix(abar: [f64; 3], [alpha, beta]: [f64; 2], weight: f64) -> [f64; 6] {
-    let det = abar[0] * abar[2] - abar[1] * abar[1];
-    let (p, q, r) = (abar[2] / det, -abar[1] / det, abar[0] / det);
-    let w = weight * det.sqrt();
-    // tr(S M) = p m1 + 2 q m2 + r m3; tr((S M)^2) = (p m1 + q m2)^2 + 2 (p m2 + q m3)(q m1 + r m2) + (q m2 + r m3)^2
-    let (a, b) = (alpha * w, 2.0 * beta * w);
-    [
-        a * p * p + b * p * p,
-        a * 2.0 * p * q + b * 2.0 * p * q,
-        a * p * r + b * q * q,
-        a * 4.0 * q * q + b * 2.0 * (q * q + p * r),
-        a * 2.0 * q * r + b * 2.0 * q * r,
-        a * r * r + b * r * r,
-    ]
-}
-
-/// Projects the membrane stress (11, 12, 22; derivative of the energy in a11, a12, a22) onto positive semidefinite ones in the metric `abar`.
-fn project(w: &mut Strain, abar: [f64; 3]) {
-    // With abar = L L^T, the physical stress is L^T W L; its negative eigenvalue is cut off.
-    let l11 = abar[0].sqrt();
-    let l21 = abar[1] / l11;
-    let l22 = (abar[2] - l21 * l21).max(f64::MIN_POSITIVE).sqrt();
-    let (w11, w12, w22) = (w[0], 0.5 * w[1], w[2]);
-    let s11 = l11 * l11 * w11 + 2.0 * l11 * l21 * w12 + l21 * l21 * w22;
-    let s12 = l22 * (l11 * w12 + l21 * w22);
-    let s22 = l22 * l22 * w22;
-    let (mean, half) = (0.5 * (s11 + s22), 0.5 * (s11 - s22));
-    let radius = half.hypot(s12);
-    let (low, high) = (mean - radius, mean + radius);
-    if low >= 0.0 {
-        return;
-    }
-    if high <= 0.0 {
-        w[..3].fill(0.0);
-        return;
-    }
-    // high times the projector onto its eigenvector, pulled back by L^-1.
-    let scale = high / (2.0 * radius);
-    let (t11, t12, t22) = (scale * (radius + half), scale * s12, scale * (radius - half));
-    let (i11, i21, i22) = (1.0 / l11, -l21 / (l11 * l22), 1.0 / l22);
-    w[0] = i11 * i11 * t11 + 2.0 * i11 * i21 * t12 + i21 * i21 * t22;
-    w[1] = 2.0 * i22 * (i11 * t12 + i21 * t22);
-    w[2] = i22 * i22 * t22;
-}
-
 impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
-    /// `materials`: one per face. `viscosity`: `eta` [s], if any. The rest forms are those of [`Shell::set_rest`], which must be called first.
+    /// Isotropic St. Venant-Kirchhoff in plane stress. `materials`: one per face. `viscosity`: `eta` [s], if any. The rest forms are those of
+    /// [`Shell::set_rest`], which must be called first.
     pub fn new(element: E, materials: Vec<Material>, viscosity: Option<f64>) -> Self {
+        Koiter::with_law(element, materials, Vec::new(), viscosity)
+    }
+}
+
+/// A shell over an element, with the cheapest law that all its faces have. `constitutions`: one per face, or none at all for the default;
+/// the rest as in [`Koiter::new`].
+pub fn koiter<E: Element<N, P> + 'static, const N: usize, const P: usize>(
+    element: E,
+    materials: Vec<Material>,
+    constitutions: Vec<Constitution>,
+    viscosity: Option<f64>,
+) -> Box<dyn Shell> {
+    if constitutions.iter().all(Constitution::is_uncoupled) {
+        Box::new(Koiter::<E, N, P, Uncoupled>::with_law(element, materials, constitutions, viscosity))
+    } else {
+        Box::new(Koiter::<E, N, P, General>::with_law(element, materials, constitutions, viscosity))
+    }
+}
+
+impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E, N, P, L> {
+    /// With a law of one's choice, which must be able to hold all `constitutions`: one per face, or none at all.
+    pub fn with_law(element: E, materials: Vec<Material>, constitutions: Vec<Constitution>, viscosity: Option<f64>) -> Self {
         let points = element.faces() * P;
         let unbound = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
         Koiter {
             scatter: unbound,
-            materials,
-            rest: vec![[0.0; 6]; points],
-            stiffness: vec![[0.0; 6]; points],
+            law: L::new(materials, constitutions, points),
             lagged: vec![[0.0; 6]; points],
             saved: Default::default(),
             damping: viscosity.map(|viscosity| Damping { viscosity, ratio: 0.0, start: vec![[0.0; 6]; points] }),
@@ -149,39 +99,27 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
         }
     }
 
-    /// Membrane and bending factors `h/4` and `h^3/12` of a face.
-    #[inline(always)]
-    fn factors(&self, face: usize) -> [f64; 2] {
-        let h = self.materials[face].thickness;
-        [0.25 * h, h * h * h / 12.0]
-    }
-
-    /// Stress (derivative of the energy in each form) at a point for forms `eps`, without damping, and the energy.
-    #[inline(always)]
-    fn elastic(&self, face: usize, point: usize, eps: &Strain) -> (Strain, f64) {
-        let (c, rest, [membrane, bending]) = (&self.stiffness[point], &self.rest[point], self.factors(face));
-        let d: [f64; 6] = std::array::from_fn(|i| eps[i] - rest[i]);
-        let n = times(c, [d[0], d[1], d[2]]).map(|v| membrane * v);
-        let m = times(c, [d[3], d[4], d[5]]).map(|v| bending * v);
-        let stress = [n[0], n[1], n[2], m[0], m[1], m[2]];
-        (stress, 0.5 * stress.iter().zip(&d).map(|(s, d)| s * d).sum::<f64>())
-    }
-
     /// Stress with damping, and the energy of both.
     #[inline(always)]
     fn stress(&self, face: usize, point: usize, eps: &Strain) -> (Strain, f64) {
-        let (mut stress, mut energy) = self.elastic(face, point, eps);
-        if let Some(damping) = &self.damping {
-            let (c, start, f) = (&self.stiffness[point], &damping.start[point], self.factors(face).map(|f| f * damping.ratio));
-            let d: [f64; 6] = std::array::from_fn(|i| eps[i] - start[i]);
-            let n = times(c, [d[0], d[1], d[2]]).map(|v| f[0] * v);
-            let m = times(c, [d[3], d[4], d[5]]).map(|v| f[1] * v);
-            for (i, v) in n.into_iter().chain(m).enumerate() {
-                stress[i] += v;
-                energy += 0.5 * v * d[i];
-            }
-        }
+        let (mut stress, mut energy) = self.law.elastic(face, point, eps);
+        energy += self.add_viscous(face, point, eps, &mut stress);
         (stress, energy)
+    }
+
+    /// Adds the stress of damping at forms `eps`; returns its energy.
+    #[inline(always)]
+    fn add_viscous(&self, face: usize, point: usize, eps: &Strain, stress: &mut Strain) -> f64 {
+        let Some(damping) = &self.damping else { return 0.0 };
+        let start = &damping.start[point];
+        let d: [f64; 6] = std::array::from_fn(|i| eps[i] - start[i]);
+        let mut energy = 0.0;
+        for (i, v) in self.law.small_strain(face, point, &d).into_iter().enumerate() {
+            let v = damping.ratio * v;
+            stress[i] += v;
+            energy += 0.5 * v * d[i];
+        }
+        energy
     }
 
     /// Geometry of a face at `x`.
@@ -239,12 +177,12 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
     #[inline(always)]
     fn add_all(&self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
         let mut energy = 0.0;
-        let viscous = 1.0 + self.damping.as_ref().map_or(0.0, |d| d.ratio);
+        let viscous = self.damping.as_ref().map_or(0.0, |d| d.ratio);
+        let semidefinite = curvature == Curvature::Projected;
         for face in 0..self.element.faces() {
             let geometry = self.geometry(face, x);
             let forms = self.element.forms(&geometry);
             let jacobian = self.element.jacobian(&geometry);
-            let factors = self.factors(face).map(|f| f * viscous);
             let (mut gradient, mut hessian) = ([0.0; N], [[0.0; N]; N]);
             let (mut weights, mut material) = ([[0.0; 6]; P], [[[0.0; N]; 6]; P]);
             for k in 0..P {
@@ -255,8 +193,8 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
                     Curvature::Mixed => self.lagged[point],
                     Curvature::Projected => {
                         let mut w = stress;
-                        let rest = &self.rest[point];
-                        project(&mut w, [rest[0], rest[1], rest[2]]);
+                        let rest = self.law.rest(point);
+                        project_stress(&mut w, [rest[0], rest[1], rest[2]]);
                         w
                     }
                 };
@@ -265,10 +203,10 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
                         *g += stress[i] * j;
                     }
                 }
-                set_material_rows(&jacobian[k], &self.stiffness[point], factors, &mut material[k]);
+                self.law.set_rows((face, point, &forms[k]), viscous, semidefinite, &jacobian[k], &mut material[k]);
             }
             add_material_stiffness(&jacobian, &material, E::STRETCHING, &mut hessian);
-            self.element.hessian(&geometry, &weights, curvature == Curvature::Projected, &mut hessian);
+            self.element.hessian(&geometry, &weights, semidefinite, &mut hessian);
             self.scatter.add_gradient(face, &gradient, into);
             self.scatter.add_hessian(face, &hessian, into);
         }
@@ -281,12 +219,12 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
         for face in 0..self.element.faces() {
             let geometry = self.geometry(face, x);
             let du = self.scatter.gather(face, dx);
-            let (mut forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
             for k in 0..P {
-                for i in 0..6 {
-                    forms[k][i] += jacobian[k][i].iter().zip(&du).map(|(j, d)| j * d).sum::<f64>();
-                }
-                lagged[P * face + k] = self.stress(face, P * face + k, &forms[k]).0;
+                let d: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&du).map(|(j, d)| j * d).sum::<f64>());
+                let mut stress = self.law.linearised(face, P * face + k, &forms[k], &d);
+                self.add_viscous(face, P * face + k, &std::array::from_fn(|i| forms[k][i] + d[i]), &mut stress);
+                lagged[P * face + k] = stress;
             }
         }
     }
@@ -297,7 +235,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Koiter<E, N, P> {
     }
 }
 
-impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N, P> {
+impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potential for Koiter<E, N, P, L> {
     fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
         for face in 0..self.element.faces() {
             visit(&self.element.stencil(face));
@@ -337,14 +275,10 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Potential for Koiter<E, N
         let mut sum = 0.0;
         for face in 0..self.element.faces() {
             let jacobian = self.element.jacobian(&self.geometry(face, x));
-            let (dy, factors) = (self.scatter.gather(face, y), self.factors(face));
+            let dy = self.scatter.gather(face, y);
             for k in 0..P {
-                let e: [f64; 6] = std::array::from_fn(|i| jacobian[k][i].iter().zip(&dy).map(|(j, d)| j * d).sum());
-                for (part, factor) in factors.into_iter().enumerate() {
-                    let m = [e[3 * part], e[3 * part + 1], e[3 * part + 2]];
-                    let c = times(&self.stiffness[P * face + k], m);
-                    sum += factor * (c[0] * m[0] + c[1] * m[1] + c[2] * m[2]);
-                }
+                let e: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&dy).map(|(j, d)| j * d).sum());
+                sum += self.law.small_strain(face, P * face + k, &e).iter().zip(&e).map(|(s, e)| s * e).sum::<f64>();
             }
         }
         sum
@@ -380,13 +314,13 @@ enum Task<'a> {
 
 /// A loop over faces, compiled once more for the wide registers of newer processors; only what is inlined into it gets them. Operations
 /// are neither reordered nor contracted, so the results are the same bit by bit.
-struct Faces<'a, E, const N: usize, const P: usize> {
-    shell: &'a Koiter<E, N, P>,
+struct Faces<'a, E, const N: usize, const P: usize, L> {
+    shell: &'a Koiter<E, N, P, L>,
     x: &'a [f64],
     task: Task<'a>,
 }
 
-impl<E: Element<N, P>, const N: usize, const P: usize> pulp::WithSimd for Faces<'_, E, N, P> {
+impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> pulp::WithSimd for Faces<'_, E, N, P, L> {
     /// Energy [J], where the task has one.
     type Output = f64;
 
@@ -400,20 +334,6 @@ impl<E: Element<N, P>, const N: usize, const P: usize> pulp::WithSimd for Faces<
             Task::Extrapolate(dx, lagged) => {
                 shell.extrapolate_stresses(x, dx, lagged);
                 0.0
-            }
-        }
-    }
-}
-
-/// Sets the rows `f0 C J` of the membrane, then `f1 C J` of bending, of one point.
-#[inline(always)]
-fn set_material_rows<const N: usize>(jacobian: &[[f64; N]; 6], c: &[f64; 6], factors: [f64; 2], rows: &mut [[f64; N]; 6]) {
-    for (part, factor) in factors.into_iter().enumerate() {
-        let c = c.map(|v| v * factor);
-        for q in 0..N {
-            let column = times(&c, std::array::from_fn(|i| jacobian[3 * part + i][q]));
-            for i in 0..3 {
-                rows[3 * part + i][q] = column[i];
             }
         }
     }
@@ -453,7 +373,7 @@ fn add_material_stiffness<const N: usize, const P: usize>(
     }
 }
 
-impl<E: Element<N, P>, const N: usize, const P: usize> Shell for Koiter<E, N, P> {
+impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Shell for Koiter<E, N, P, L> {
     fn unknowns(&self) -> usize {
         self.element.unknowns()
     }
@@ -488,8 +408,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Shell for Koiter<E, N, P>
         for (point, forms) in rest.iter().enumerate() {
             let (face, k) = (point / P, point % P);
             let [a, b] = [forms.a, forms.b];
-            self.rest[point] = [a[0], a[1], a[2], b[0], b[1], b[2]];
-            self.stiffness[point] = norm_matrix(a, self.materials[face].lame(), E::WEIGHTS[k]);
+            self.law.set_rest(face, point, &[a[0], a[1], a[2], b[0], b[1], b[2]], E::WEIGHTS[k]);
         }
     }
 
@@ -515,11 +434,8 @@ impl<E: Element<N, P>, const N: usize, const P: usize> Shell for Koiter<E, N, P>
         let mut sums = [0.0; 2];
         for face in 0..self.element.faces() {
             for (k, eps) in self.element.forms(&self.geometry(face, x)).iter().enumerate() {
-                let point = P * face + k;
-                let (stress, _) = self.elastic(face, point, eps);
-                for i in 0..6 {
-                    sums[i / 3] += 0.5 * stress[i] * (eps[i] - self.rest[point][i]);
-                }
+                let parts = split(self.law.couples(face), self.law.rest(P * face + k), eps, |e| self.law.elastic(face, P * face + k, e).1);
+                sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
             }
         }
         sums

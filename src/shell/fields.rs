@@ -3,7 +3,7 @@
 //! Tensors are by components in an orthonormal frame of the face whose first axis lies along its first edge, taken in the rest metric for
 //! the values and on the present surface for showing them in space; the two differ by the membrane strain.
 
-use super::energy::Material;
+use super::material::{Constitution, Material};
 use super::rest::Forms;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -20,11 +20,11 @@ pub struct PointFields {
     pub gauss_curvature: f64,
     /// Green strain of the midsurface [1].
     pub membrane_strain: Matrix3<f64>,
-    /// Second Piola-Kirchhoff stress of the midsurface [Pa].
+    /// Second Piola-Kirchhoff stress: the resultant of the membrane over the thickness [Pa].
     pub membrane_stress: Matrix3<f64>,
     /// Bending moment per length [N], positive where it bends the shell like a positive `b - bbar`.
     pub bending_moment: Matrix3<f64>,
-    /// Membrane energy per rest area [J/m2].
+    /// Membrane energy per rest area [J/m2]; see [`super::Shell::energies`].
     pub membrane_energy_density: f64,
     /// Bending energy per rest area [J/m2].
     pub bending_energy_density: f64,
@@ -48,7 +48,7 @@ fn frame(a: [f64; 3]) -> Matrix2<f64> {
 }
 
 /// Fields at a point with tangent vectors `r` [m], present forms and rest forms.
-pub fn at_point(r: &[Vector3<f64>; 2], forms: &Forms, rest: &Forms, material: &Material) -> PointFields {
+pub fn at_point(r: &[Vector3<f64>; 2], forms: &Forms, rest: &Forms, material: &Material, constitution: &Constitution) -> PointFields {
     let matrix = |m: [f64; 3]| Matrix2::new(m[0], m[1], m[1], m[2]);
     let present = frame([r[0].norm_squared(), r[0].dot(&r[1]), r[1].norm_squared()]);
     let axes = [0, 1].map(|k| r[0] * present[(0, k)] + r[1] * present[(1, k)]);
@@ -65,21 +65,19 @@ pub fn at_point(r: &[Vector3<f64>; 2], forms: &Forms, rest: &Forms, material: &M
     let (k, directions) = eigen(&(present.transpose() * matrix(forms.b) * present));
     let q = frame(rest.a);
     let strain = q.transpose() * (matrix(forms.a) - matrix(rest.a)) * q * 0.5;
-    let bend = q.transpose() * (matrix(forms.b) - matrix(rest.b)) * q;
-    let [alpha, beta] = material.lame();
-    let law = |m: &Matrix2<f64>| Matrix2::identity() * (alpha * m.trace()) + m * (2.0 * beta);
-    let norm = |m: &Matrix2<f64>| 0.5 * alpha * m.trace() * m.trace() + beta * (m * m).trace();
-    let h = material.thickness;
-    let bending = h * h * h / 12.0;
+    let (stress, energies) = constitution.per_area(material, rest, forms);
+    // A derivative in the off-diagonal component is twice the tensor's; components along the edges become those in the frame by the inverse.
+    let inverse = q.try_inverse().unwrap_or_else(Matrix2::zeros);
+    let resultant = |s: &[f64]| inverse * Matrix2::new(s[0], 0.5 * s[1], 0.5 * s[1], s[2]) * inverse.transpose();
     PointFields {
         principal_curvatures: k,
         principal_directions: [space(&directions[0]), space(&directions[1])],
         mean_curvature: 0.5 * (k[0] + k[1]),
         gauss_curvature: k[0] * k[1],
         membrane_strain: tensor(&strain),
-        membrane_stress: tensor(&law(&strain)),
-        bending_moment: tensor(&(law(&bend) * bending)),
-        membrane_energy_density: h * norm(&strain),
-        bending_energy_density: bending * norm(&bend),
+        membrane_stress: tensor(&(resultant(&stress[..3]) * (2.0 / material.thickness))),
+        bending_moment: tensor(&resultant(&stress[3..])),
+        membrane_energy_density: energies[0],
+        bending_energy_density: energies[1],
     }
 }

@@ -1,10 +1,14 @@
 //! Nonlinear solution of one step, and the choice of steps.
 //!
-//! `newton` minimises a sum of potentials; `steps` chooses step sizes, halves after a failure and lands on output times. Neither knows what
+//! `newton` finds equilibria of a sum of potentials, `descent` where it does not contract, and `stability` leaves those that are no minimum;
+//! `steps` chooses step sizes, halves after a failure and lands on output times. Neither knows what
 //! the unknowns mean, save how many of them are lengths.
 
+mod descent;
 mod newton;
+mod stability;
 mod steps;
 
 pub use newton::{Counters, Failure, Newton, Settings, Solved};
+pub use stability::{Stability, Stabilizer};
 pub use steps::{StepControl, StepPlan};

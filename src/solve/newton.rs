@@ -2,9 +2,9 @@
 //!
 //! The mixed iteration uses, in the geometric part of the Hessian, stresses that follow the linearised law of the last iteration; its
 //! residual is the true one. It takes the thickness out of the iteration count, but promises no descent: when it does not contract, the
-//! step starts anew with a positive semidefinite Hessian and a line search on the energy, and returns to the mixed iteration near the
-//! minimum. Step sizes are not chosen here.
+//! step starts anew by descent. Step sizes are not chosen here.
 
+use super::stability::{Pull, Stability, Stabilizer};
 use crate::error::Result;
 use crate::sparse::{Cholesky, Curvature, Kind, Numbering, Pattern, Potential, System};
 
@@ -30,6 +30,8 @@ pub struct Counters {
     pub fallback_iterations: u64,
     /// Numeric factorisations.
     pub factorizations: u64,
+    /// Unstable equilibria that were left.
+    pub branch_switches: u64,
 }
 
 /// A solved step.
@@ -43,6 +45,8 @@ pub struct Solved {
     pub residual: f64,
     /// Negative pivots of the last factorisation: unstable directions of the equilibrium.
     pub negative_pivots: usize,
+    /// Lowest modes, where unstable equilibria are to be left.
+    pub stability: Option<Stability>,
 }
 
 /// Why a step was not solved.
@@ -52,29 +56,32 @@ pub enum Failure {
     Mechanism(usize),
     /// No iteration contracted; the movement in the last one [m].
     NotContracting(f64),
+    /// The equilibrium is unstable and was not left for a stable one; its lowest eigenvalue [N/m3], if that was found.
+    Unstable(Option<f64>),
 }
 
 /// Pattern, matrix and factor of one set of potentials and supports; allocated once.
 pub struct Newton {
-    numbering: Numbering,
-    pattern: Pattern,
-    system: System,
-    cholesky: Cholesky,
-    settings: Settings,
-    dx: Vec<f64>,
-    solution: Vec<f64>,
-    trial: Vec<f64>,
-    counters: Counters,
+    pub(super) numbering: Numbering,
+    pub(super) pattern: Pattern,
+    pub(super) system: System,
+    pub(super) cholesky: Cholesky,
+    pub(super) settings: Settings,
+    pub(super) dx: Vec<f64>,
+    pub(super) solution: Vec<f64>,
+    pub(super) trial: Vec<f64>,
+    pub(super) counters: Counters,
     /// Whether a first matrix has shown that nothing moves without resistance.
     is_held: bool,
+    /// Where unstable equilibria are to be left.
+    pub(super) stabilizer: Option<Stabilizer>,
+    /// What holds the iteration near a place for the time being.
+    pub(super) pull: Option<Pull>,
 }
 
 /// Share of the matrix below which the stiffness of a direction is that of a mechanism. A thickness of 1e-6 of the span leaves 1e-17 on fine
 /// meshes; round-off leaves mechanisms of shells thicker than 1e-4 of the span below 1e-19.
 const MECHANISM: f64 = 1e-18;
-
-/// Share of the predicted decrease that a step of the line search must bring.
-const ARMIJO: f64 = 1e-4;
 
 /// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
 const TEAR: f64 = 1e-2;
@@ -102,6 +109,8 @@ impl Newton {
             trial: vec![0.0; all],
             counters: Counters::default(),
             is_held: false,
+            stabilizer: None,
+            pull: None,
         })
     }
 
@@ -120,18 +129,28 @@ impl Newton {
         self.numbering.free()
     }
 
-    /// Minimises the sum of `potentials` from `x`. `targets`: held unknowns and the values they take. On failure `x` is as it was, but the
-    /// potentials' own state (directors, lagged stresses) is the caller's to put back.
+    /// Finds an equilibrium of the sum of `potentials` from `x`, a stable one if there is a stabilizer. `targets`: held unknowns and the
+    /// values they take. On failure `x` is as it was, but the potentials' own state (directors, lagged stresses) is the caller's to put back.
     pub fn solve(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], targets: &[(usize, f64)]) -> Result<Solved, Failure> {
+        if self.stabilizer.is_none() {
+            return self.equilibrium(potentials, x, targets);
+        }
+        let start = x.to_vec();
+        let solved = self.equilibrium(potentials, x, targets)?;
+        self.stabilize(potentials, x, solved).inspect_err(|_| x.copy_from_slice(&start))
+    }
+
+    /// An equilibrium, stable or not.
+    fn equilibrium(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], targets: &[(usize, f64)]) -> Result<Solved, Failure> {
         if self.free() == 0 {
             targets.iter().for_each(|&(i, value)| x[i] = value);
             potentials.iter_mut().for_each(|p| p.prepare(x));
-            return Ok(Solved { iterations: 0, increment: 0.0, residual: 0.0, negative_pivots: 0 });
+            return Ok(Solved { iterations: 0, increment: 0.0, residual: 0.0, negative_pivots: 0, stability: None });
         }
         let start = x.to_vec();
         potentials.iter_mut().for_each(|p| p.save());
         let moved: Vec<(usize, f64)> = targets.iter().map(|&(i, value)| (i, value - x[i])).filter(|(_, d)| *d != 0.0).collect();
-        match self.mixed(potentials, x, &moved, self.settings.max_iterations) {
+        match self.mixed(potentials, x, &moved, self.settings.tolerance) {
             Ok(solved) => {
                 // Exactly, without the round-off of the increments. Angles are zero again: their references have turned.
                 targets.iter().filter(|(i, _)| *i < self.settings.lengths).for_each(|&(i, value)| x[i] = value);
@@ -153,13 +172,14 @@ impl Newton {
     }
 
     /// Assembles gradient and Hessian at `x`.
-    fn assemble(&mut self, potentials: &mut [&mut dyn Potential], x: &[f64], curvature: Curvature) -> f64 {
+    pub(super) fn assemble(&mut self, potentials: &mut [&mut dyn Potential], x: &[f64], curvature: Curvature) -> f64 {
         self.system.clear();
-        potentials.iter_mut().map(|p| p.assemble(x, curvature, &mut self.system)).sum()
+        let energy: f64 = potentials.iter_mut().map(|p| p.assemble(x, curvature, &mut self.system)).sum();
+        energy + self.pull.as_ref().map_or(0.0, |pull| pull.assemble(x, &self.numbering, &self.pattern, &mut self.system))
     }
 
     /// Largest movement in `dx` [m]; with no free length, the largest angle over one radian times the diameter. Infinite if anything is not finite.
-    fn movement(&self) -> f64 {
+    pub(super) fn movement(&self) -> f64 {
         let (mut lengths, mut angles) = (0.0f64, 0.0f64);
         for (i, d) in self.dx.iter().enumerate() {
             if !d.is_finite() {
@@ -180,7 +200,7 @@ impl Newton {
     }
 
     /// Solves `H dx = -g` into `self.dx` (held unknowns zero).
-    fn solve_linear(&mut self, kind: Kind) -> Result<usize, Failure> {
+    pub(super) fn solve_linear(&mut self, kind: Kind) -> Result<usize, Failure> {
         self.counters.factorizations += 1;
         let done = self
             .cholesky
@@ -195,16 +215,16 @@ impl Newton {
         Ok(done.negative_pivots)
     }
 
-    /// Mixed iterations from `x`; the held unknowns `moved` go along with the first.
-    fn mixed(
+    /// Mixed iterations from `x` until the movement is within `tolerance` [m]; the held unknowns `moved` go along with the first.
+    pub(super) fn mixed(
         &mut self,
         potentials: &mut [&mut dyn Potential],
         x: &mut [f64],
         moved: &[(usize, f64)],
-        most: usize,
+        tolerance: f64,
     ) -> Result<Solved, Failure> {
         let (mut smallest, mut movement) = (f64::INFINITY, f64::INFINITY);
-        for iteration in 1..=most as u64 {
+        for iteration in 1..=self.settings.max_iterations as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
             if moving {
@@ -212,9 +232,12 @@ impl Newton {
                 moved.iter().for_each(|&(i, d)| prescribed[i] = d);
                 self.system.prescribed = Some(prescribed);
             }
-            self.assemble(potentials, x, Curvature::Mixed);
+            let energy = self.assemble(potentials, x, Curvature::Mixed);
             self.system.prescribed = None;
             self.counters.newton_iterations += 1;
+            if !energy.is_finite() {
+                return Err(Failure::NotContracting(movement));
+            }
             let residual = self.residual();
             let negative_pivots = self.solve_linear(Kind::Ldlt)?;
             if !self.is_held {
@@ -235,9 +258,9 @@ impl Newton {
             }
             potentials.iter_mut().for_each(|p| p.extrapolate(x, &self.dx));
             x.iter_mut().zip(&self.dx).for_each(|(x, d)| *x += d);
-            if movement <= self.settings.tolerance {
+            if movement <= tolerance {
                 potentials.iter_mut().for_each(|p| p.prepare(x));
-                return Ok(Solved { iterations: iteration, increment: movement, residual, negative_pivots });
+                return Ok(Solved { iterations: iteration, increment: movement, residual, negative_pivots, stability: None });
             }
             smallest = smallest.min(movement);
             if iteration > 6 && movement > 1e3 * smallest {
@@ -284,76 +307,5 @@ impl Newton {
         }
         let value: f64 = potentials.iter().map(|p| p.stiffness_along(x, &direction)).sum();
         (value / bound, largest)
-    }
-
-    /// Descent on the energy with a positive semidefinite Hessian, then mixed iterations near the minimum.
-    fn descend(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<Solved, Failure> {
-        let mut movement = f64::INFINITY;
-        let mut polish_below = 1e-2 * self.settings.diameter;
-        for iteration in 1..=4 * self.settings.max_iterations as u64 {
-            potentials.iter_mut().for_each(|p| p.prepare(x));
-            let energy = self.assemble(potentials, x, Curvature::Projected);
-            self.counters.fallback_iterations += 1;
-            self.solve_shifted()?;
-            let slope: f64 = self.solution.iter().zip(&self.system.gradient).map(|(s, g)| s * g).sum();
-            let mut fraction = potentials.iter().map(|p| p.max_step(x, &self.dx)).fold(1.0, f64::min);
-            // Round-off of the energy hides decreases below this.
-            let noise = 1e-14 * energy.abs();
-            loop {
-                self.trial.iter_mut().zip(x.iter().zip(&self.dx)).for_each(|(t, (x, d))| *t = x + fraction * d);
-                let trial: f64 = potentials.iter().map(|p| p.energy(&self.trial)).sum();
-                if trial <= energy + ARMIJO * fraction * slope + noise {
-                    break;
-                }
-                fraction *= 0.5;
-                if !(fraction > 1e-12) {
-                    return Err(Failure::NotContracting(self.movement()));
-                }
-            }
-            movement = fraction * self.movement();
-            log::trace!("descent {iteration}: energy {energy:e} J, fraction {fraction}, movement {movement:e} m");
-            x.copy_from_slice(&self.trial);
-            if !movement.is_finite() {
-                break;
-            }
-            if movement <= polish_below || movement <= self.settings.tolerance {
-                potentials.iter_mut().for_each(|p| {
-                    p.prepare(x);
-                    p.restart(x);
-                    p.save();
-                });
-                let kept = x.to_vec();
-                let kept_energy: f64 = potentials.iter().map(|p| p.energy(x)).sum();
-                if let Ok(solved) = self.mixed(potentials, x, &[], self.settings.max_iterations) {
-                    let reached: f64 = potentials.iter().map(|p| p.energy(x)).sum();
-                    if reached <= kept_energy + 1e-9 * kept_energy.abs() {
-                        return Ok(Solved { iterations: iteration + solved.iterations, ..solved });
-                    }
-                }
-                x.copy_from_slice(&kept);
-                potentials.iter_mut().for_each(|p| p.put_back());
-                polish_below = 0.03 * movement;
-            }
-        }
-        Err(Failure::NotContracting(movement))
-    }
-
-    /// Solves with the projected matrix, shifted by a growing part of its diagonal while it is not positive definite.
-    fn solve_shifted(&mut self) -> Result<(), Failure> {
-        let mut shift = 0.0;
-        loop {
-            match self.solve_linear(Kind::Llt) {
-                Ok(_) if self.dx.iter().all(|d| d.is_finite()) => return Ok(()),
-                Err(failure) if shift > 1e-3 => return Err(failure),
-                _ if shift > 1e-3 => return Err(Failure::NotContracting(f64::INFINITY)),
-                _ => {}
-            }
-            let next = if shift == 0.0 { 1e-12 } else { 1e3 * shift };
-            for j in 0..self.pattern.len() {
-                let diagonal = &mut self.system.matrix[self.pattern.column_start[j] as usize];
-                *diagonal *= (1.0 + next) / (1.0 + shift);
-            }
-            shift = next;
-        }
     }
 }

@@ -11,7 +11,7 @@ use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
 use crate::model::{HeldUnknown, Motion, Parts, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
-use crate::shell::{Director, Inertia, Inertial, Koiter, LinearAverage, LinearFree, MassKind, Measure, QuadraticFree, Shell};
+use crate::shell::{Director, Inertia, Inertial, LinearAverage, LinearFree, MassKind, Measure, QuadraticFree, Shell, koiter};
 use nalgebra::Vector3;
 
 /// A scalar of a place [m] and time [s].
@@ -64,18 +64,20 @@ pub fn axis_index(axis: Axis) -> usize {
 pub fn shell(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Box<dyn Shell> {
     let mut supports = vec![Director::Free; topology.edges.len()];
     setup.held_directors.iter().for_each(|(edge, support)| supports[*edge] = *support);
-    let (materials, viscosity) = (setup.materials.clone(), scene.shell.viscosity);
+    let (materials, constitutions, viscosity) = (setup.materials.clone(), setup.constitutions.clone(), scene.shell.viscosity);
     let measure = match scene.shell.director {
-        scene::Director::Average => return Box::new(Koiter::new(LinearAverage::new(mesh, topology, &supports), materials, viscosity)),
+        scene::Director::Average => {
+            return koiter(LinearAverage::new(mesh, topology, &supports), materials, constitutions, viscosity);
+        }
         scene::Director::FreeSin => Measure::Sin,
         scene::Director::FreeTan => Measure::Tan,
         scene::Director::FreeAngle => Measure::Angle,
     };
     match scene.shell.element {
-        scene::Element::Linear => Box::new(Koiter::new(LinearFree::new(mesh, topology, measure, &supports), materials, viscosity)),
+        scene::Element::Linear => koiter(LinearFree::new(mesh, topology, measure, &supports), materials, constitutions, viscosity),
         scene::Element::Quadratic => {
             let element = QuadraticFree::new(mesh, topology, &mesh.midpoints, measure, &supports);
-            Box::new(Koiter::new(element, materials, viscosity))
+            koiter(element, materials, constitutions, viscosity)
         }
     }
 }
@@ -92,17 +94,19 @@ fn masses(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Opt
         scene::Mass::Consistent => MassKind::Consistent,
         scene::Mass::Lumped => MassKind::Lumped,
     };
-    let root = |a: [f64; 3]| (a[0] * a[2] - a[1] * a[1]).sqrt();
     let per_area: Vec<f64> = setup.densities.iter().zip(&setup.materials).map(|(rho, m)| rho * m.thickness).collect();
-    if per_area.is_empty() {
-        return None;
-    }
+    (!per_area.is_empty()).then(|| masses_of(kind, &per_area, scene, mesh, topology, setup))
+}
+
+/// Masses of faces with these masses per rest area at the start [kg/m2].
+fn masses_of(kind: MassKind, per_area: &[f64], scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Masses {
+    let root = |a: [f64; 3]| (a[0] * a[2] - a[1] * a[1]).sqrt();
     let mut nodes = vec![0.0; mesh.vertices.len() + mesh.midpoints.len()];
     match scene.shell.element {
         scene::Element::Linear => {
             let matrices: Vec<_> = per_area.iter().zip(&setup.rest_forms).map(|(m, f)| kind.linear(0.5 * m * root(f.a))).collect();
             carry(&mut nodes, &mesh.faces, &matrices);
-            Some(Masses { inertia: Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), matrices)), nodes })
+            Masses { inertia: Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), matrices)), nodes }
         }
         scene::Element::Quadratic => {
             let matrices: Vec<_> = per_area
@@ -112,7 +116,7 @@ fn masses(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Opt
                 .collect();
             let faces: Vec<[usize; 6]> = (0..mesh.faces.len()).map(|f| loads::six_nodes(mesh, topology, f)).collect();
             carry(&mut nodes, &faces, &matrices);
-            Some(Masses { inertia: Box::new(Inertia::<6, 18>::new(faces, matrices)), nodes })
+            Masses { inertia: Box::new(Inertia::<6, 18>::new(faces, matrices)), nodes }
         }
     }
 }
@@ -147,7 +151,12 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         velocities: velocities(scene, &positions)?,
         positions,
     };
-    ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)
+    let mut model = ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)?;
+    if scene.statics.as_ref().is_some_and(|s| s.stable) {
+        let areas = masses_of(MassKind::Lumped, &vec![1.0; mesh.faces.len()], scene, mesh, topology, setup).nodes;
+        model.leave_unstable(&areas, scene.output.lowest_mode);
+    }
+    Ok(model)
 }
 
 /// What moves a held unknown: a pin's displacement [m], or its rotation [rad] about the edge's own direction.

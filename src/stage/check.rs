@@ -2,7 +2,8 @@
 
 use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
-use crate::scene::{MachineDirection, MeshTable, PinDirector, Rest, Scene, Shell};
+use crate::mesh::{Mesh, conformal};
+use crate::scene::{Composition, FlattenOnto, Lame, MachineDirection, Material, MeshTable, PinDirector, Rest, Scene, Shell};
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -14,6 +15,7 @@ pub fn run(job: &Job) -> Result<()> {
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let (setup, _) = setup::make(&job.scene, &mesh)?;
     let mut lines = parts(&job.scene);
+    lines.extend(job.scene.flatten.map(|table| ("flatten", flattened(table.onto, &mesh))));
     let extent: [f64; 3] = std::array::from_fn(|k| {
         let along = mesh.vertices.iter().map(|v| v[k]);
         along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min)
@@ -44,8 +46,13 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     }
     let change = |value: Option<f64>, unit: &str| value.map_or(String::new(), |value| format!(", {value} {unit}"));
     parts.extend(shell.regions.iter().map(|r| {
-        let modulus = r.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"));
-        ("region", format!("{}{}{modulus}{}", r.region, change(r.thickness, "m"), change(r.density, "kg/m3")))
+        let other = r.material.is_some() || r.lame.is_some() || r.compression.is_some() || r.orthotropic.is_some() || r.bilayer.is_some();
+        let material = if other {
+            describe_material(&Composition::of(shell).within(r))
+        } else {
+            r.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"))
+        };
+        ("region", format!("{}{}{material}{}", r.region, change(r.thickness, "m"), change(r.density, "kg/m3")))
     }));
     parts.extend(scene.forces.iter().map(|load| ("force", format!("{}: {:?} N on each vertex", load.region, load.force))));
     parts.extend(scene.edge_loads.iter().map(|load| ("edge-load", format!("{}: {:?} N/m", load.region, load.force))));
@@ -66,7 +73,9 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ("pin", format!("{}: {}{director}{moved}", pin.region, axes.join(" ")))
     }));
     if let Some(statics) = &scene.statics {
-        parts.push(("statics", format!("{} load steps", statics.steps)));
+        let stable = if statics.stable { ", unstable states are left" } else { "" };
+        let disturbed = statics.perturbation.as_ref().map_or(String::new(), |p| format!(", disturbed by {} m", p.amplitude));
+        parts.push(("statics", format!("{} load steps{stable}{disturbed}", statics.steps)));
     }
     if let Some(dynamics) = &scene.dynamics {
         parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));
@@ -83,6 +92,19 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ));
     }
     parts
+}
+
+/// What became of a mesh that was flattened.
+fn flattened(onto: FlattenOnto, mesh: &Mesh) -> String {
+    let shape = match onto {
+        FlattenOnto::Disc => "disc",
+        FlattenOnto::Natural => "natural boundary",
+    };
+    let [least, most] = mesh
+        .fields
+        .get(conformal::FACTOR)
+        .map_or([0.0; 2], |factor| [f64::min, f64::max].map(|extreme| factor.data.iter().copied().reduce(extreme).unwrap_or_default()));
+    format!("{shape}, lengths were {:.4} to {:.4} times as long", least.exp(), most.exp())
 }
 
 /// The laws in the order in which they follow one another.
@@ -116,7 +138,27 @@ fn machine_direction(direction: &MachineDirection) -> String {
 fn describe_shell(shell: &Shell) -> String {
     let (element, director) = (shell.element.name(), shell.director.name());
     let density = shell.density.map_or(String::new(), |rho| format!(", {rho} kg/m3"));
-    format!("{element} {director}, {} m, {:e} Pa, nu {}{density}", shell.thickness, shell.youngs_modulus, shell.poissons_ratio)
+    format!("{element} {director}, {} m{}{density}", shell.thickness, describe_material(&Composition::of(shell)))
+}
+
+/// Law and moduli, each after a comma. The law is left out where it is the default.
+fn describe_material(made: &Composition) -> String {
+    if let Some(o) = &made.orthotropic {
+        let ([e1, e2], nu, g) = (o.youngs_moduli, o.poissons_ratio, o.shear_modulus);
+        return format!(", orthotropic, {e1:e} and {e2:e} Pa, nu {nu}, shear {g:e} Pa");
+    }
+    if let Some((bilayer, [top, bottom])) = made.bilayer.as_ref().and_then(|b| Some((b, made.layers(b)?))) {
+        let thickness = bilayer.top_thickness;
+        return format!(", bilayer, top {thickness} m, {:e} Pa, nu {}, bottom {:e} Pa, nu {}", top[0], top[1], bottom[0], bottom[1]);
+    }
+    let law = match (made.material, made.lame) {
+        (Material::Stvk, Some(Lame::ThreeD)) => ", three-dimensional Lame parameters".to_owned(),
+        (Material::Stvk, _) => String::new(),
+        (law, _) => format!(", {}", law.name()),
+    };
+    let modulus = made.youngs_modulus.map_or(String::new(), |e| format!(", {e:e} Pa"));
+    let ratio = made.poissons_ratio.map_or(String::new(), |nu| format!(", nu {nu}"));
+    format!("{law}{modulus}{ratio}")
 }
 
 fn mesh(mesh: &MeshTable) -> String {
@@ -126,7 +168,13 @@ fn mesh(mesh: &MeshTable) -> String {
         MeshTable::Annulus(table) => format!("annulus, {} x {} cells", table.cells[0], table.cells[1]),
         MeshTable::Cylinder(table) => format!("cylinder, {} x {} cells", table.cells[0], table.cells[1]),
         MeshTable::SphereCap(table) => format!("sphere cap, {} rings", table.rings),
-        MeshTable::Outline(table) => format!("outline, {} corners, {} holes", table.points.len(), table.holes.len()),
+        MeshTable::Outline(table) => {
+            let corners = match (&table.file, &table.points) {
+                (Some(file), _) => file.display().to_string(),
+                (None, points) => format!("{} corners", points.as_ref().map_or(0, Vec::len)),
+            };
+            format!("outline, {corners}, {} holes", table.holes.len())
+        }
         MeshTable::File(table) => format!("file {}", table.path.display()),
     }
 }

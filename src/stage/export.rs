@@ -4,7 +4,7 @@ use super::fields::{Fields, State};
 use super::{Job, mesh as mesh_stage, run as run_stage, setup};
 use crate::case::{Folder, vtk};
 use crate::error::{Error, Result};
-use crate::mesh::{FieldOn, Mesh, Topology};
+use crate::mesh::{FieldOn, Mesh, Topology, conformal};
 use crate::snapshot::{Association, Field};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -61,6 +61,9 @@ pub fn run(job: &Job) -> Result<()> {
         files.push((snapshot.time, name));
     }
     // In statics time is the load factor.
+    if job.scene.flatten.is_some() {
+        units.extend([(conformal::FACTOR.to_owned(), "1".to_owned()), (conformal::POSITION.to_owned(), "m".to_owned())]);
+    }
     units.insert("time".into(), if job.scene.statics.is_some() { "1" } else { "s" }.into());
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
     let kept: Vec<&str> = files.iter().chain(&director_files).map(|(_, name)| name.as_str()).collect();

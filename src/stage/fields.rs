@@ -29,6 +29,7 @@ pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
     let swells = scene.rest.as_ref().is_some_and(|r| r.linear.is_some() || r.bilayer.is_some());
     let mut names = vec![("displacement", 3)];
     names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));
+    names.extend(scene.output.lowest_mode.then_some(("lowest_mode", 3)));
     names.extend([("moisture_top", 1), ("moisture_bottom", 1)].into_iter().filter(|_| swells));
     names.extend(NAMES.iter().map(|(name, n, _)| (*name, *n)));
     names.extend(scene.machine_direction.as_ref().map(|_| ("machine_direction", 3)));
@@ -128,6 +129,9 @@ impl<'a> Fields<'a> {
         if let Some(velocity) = snapshot.field("velocity") {
             point_data.push(point("velocity", 3, "m/s", velocity.data.clone()));
         }
+        if let Some(mode) = snapshot.field("lowest_mode") {
+            point_data.push(point("lowest_mode", 3, "1", mode.data.clone()));
+        }
         if let Some([top, bottom]) = rest::moisture(self.scene, self.mesh, snapshot.time)? {
             point_data.extend([point("moisture_top", 1, "%", top), point("moisture_bottom", 1, "%", bottom)]);
         }
@@ -170,7 +174,7 @@ impl<'a> Fields<'a> {
             for (k, weight) in (per_face * f..per_face * (f + 1)).zip(self.shell.weights()) {
                 let e = forms[k];
                 let now = Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] };
-                let p = at_point(&tangents[k], &now, &rest[k], material);
+                let p = at_point(&tangents[k], &now, &rest[k], material, &self.setup.constitution(f));
                 area += weight * (rest[k].a[0] * rest[k].a[2] - rest[k].a[1] * rest[k].a[1]).sqrt();
                 // Directions have no sign of their own: those of the first point lead.
                 let lead = |sum: &[f64; 6], d: &Vector3<f64>| if sum[0] * d.x + sum[1] * d.y + sum[2] * d.z < 0.0 { -d } else { *d };

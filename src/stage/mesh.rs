@@ -4,6 +4,7 @@ use super::Job;
 use super::build::{expression, place_values};
 use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archive};
 use crate::error::{Error, Result};
+use crate::mesh::conformal::{self, Onto};
 use crate::mesh::midpoints::{self, Surface};
 use crate::mesh::{FieldOn, Mesh, MeshField, Quality, generate, import, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
@@ -36,22 +37,25 @@ pub fn path(job: &Job) -> PathBuf {
 
 /// Hash of what the stage's file is made from: its tables and the mesh file, if there is one.
 pub fn inputs(job: &Job) -> Result<String> {
-    let json = |value: serde_json::Result<String>| value.map_err(|e| Error::input("scene", e.to_string()));
-    let regions = json(serde_json::to_string(&(&job.scene.regions, job.scene.shell.element)))?;
-    let mesh = match &job.scene.mesh {
-        MeshTable::File(table) => of_file(table, &job.scene_file)?,
-        table => json(serde_json::to_string(table))?,
-    };
+    let regions = serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.flatten))
+        .map_err(|e| Error::input("scene", e.to_string()))?;
+    let mesh = of_table(&job.scene.mesh, &job.scene_file)?;
     let shape = match job.scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
-        Some(scene::Shape::File(table)) => of_file(table, &job.scene_file)?,
+        Some(scene::Shape::File(table)) => of_table(&MeshTable::File(table.clone()), &job.scene_file)?,
         _ => String::new(),
     };
     Ok(hash::of(&[mesh.as_bytes(), regions.as_bytes(), shape.as_bytes()]))
 }
 
-/// What a mesh file counts by: what is in it and how it is read, not where it is.
-fn of_file(table: &scene::MeshFile, scene_file: &Path) -> Result<String> {
-    Ok(format!("{:?} {} {}", table.midpoints, table.scale, hash::file(&beside(scene_file, &table.path))?))
+/// What a mesh counts by: its table and what is in its file, if it has one, not where that is.
+fn of_table(table: &MeshTable, scene_file: &Path) -> Result<String> {
+    let contents = table.file().map(|file| hash::file(&beside(scene_file, file))).transpose()?;
+    let mut table = table.clone();
+    if let Some(file) = table.file_mut() {
+        file.clear();
+    }
+    let table = serde_json::to_string(&table).map_err(|e| Error::input("scene", e.to_string()))?;
+    Ok(table + &contents.unwrap_or_default())
 }
 
 /// Reads what the stage wrote. Errors: a file that is missing, damaged or stale.
@@ -171,8 +175,15 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             generate::sphere_cap(t.radius, t.half_angle, t.rings)?
         }
         MeshTable::Outline(t) => {
+            let (key, points) = match (&t.file, &t.points) {
+                (Some(file), _) => {
+                    let path = beside(scene_file, file);
+                    (path.display().to_string(), import::read_outline(&path)?)
+                }
+                (None, points) => ("mesh.outline.points".to_owned(), points.clone().unwrap_or_default()),
+            };
             place = "mesh.outline".to_owned();
-            generate::outline(&t.points, &t.holes, triangulation(&t.triangulation))?
+            generate::outline(&key, &points, &t.holes, triangulation(&t.triangulation))?
         }
         MeshTable::File(t) => {
             let path = beside(scene_file, &t.path);
@@ -197,6 +208,22 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     } else if !mesh.midpoints.is_empty() {
         warnings.push("the linear element leaves out the midpoints of the mesh's edges".into());
         mesh.drop_midpoints();
+    }
+    if let Some(table) = &scene.flatten {
+        let radius = || table.radius.unwrap_or_else(|| (Quality::of(&mesh).total_area / std::f64::consts::PI).sqrt());
+        let onto = match table.onto {
+            scene::FlattenOnto::Natural => Onto::Natural,
+            scene::FlattenOnto::Disc => Onto::Disc { radius: radius() },
+        };
+        let slivers = if onto == Onto::Natural { Vec::new() } else { conformal::corner_faces(&mesh) };
+        if let Some(first) = slivers.first() {
+            warnings.push(format!(
+                "flatten: {} faces have two sides on the boundary and become slivers on a disc, first face {first}; divide them from the corner",
+                slivers.len()
+            ));
+        }
+        mesh.flatten(onto)?;
+        warnings.extend(validate::check(&mut mesh, "flatten")?);
     }
     if let Some(scene::Shape::File(table)) = scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
         let path = beside(scene_file, &table.path);

@@ -6,7 +6,9 @@ pub mod check;
 pub mod export;
 mod fields;
 mod loads;
+mod materials;
 pub mod mesh;
+mod perturbation;
 pub mod report;
 mod rest;
 pub mod run;
@@ -16,7 +18,7 @@ mod supports;
 
 use crate::case::atomic;
 use crate::error::{Error, Result};
-use crate::scene::{self, MeshTable, Scene};
+use crate::scene::{self, Scene};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -77,13 +79,12 @@ impl Job {
         }
         let mut scene = self.scene.clone();
         let shape = match scene.rest.as_mut().and_then(|rest| rest.shape.as_mut()) {
-            Some(scene::Shape::File(table)) => Some(table),
+            Some(scene::Shape::File(table)) => Some(&mut table.path),
             _ => None,
         };
-        let mesh = if let MeshTable::File(table) = &mut scene.mesh { Some(table) } else { None };
-        for table in mesh.into_iter().chain(shape) {
-            let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&table.path);
-            table.path = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
+        for file in scene.mesh.file_mut().into_iter().chain(shape) {
+            let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&*file);
+            *file = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
         }
         atomic::write(&self.case.join(RECORD), scene::to_toml(&scene).as_bytes())
     }

@@ -7,6 +7,7 @@ use crate::math::Jet;
 use crate::mesh::{FieldOn, FieldSampler, Mesh, Topology};
 use crate::model::{Ramp, RestDriver};
 use crate::scene::{self, Expr, Scalar, Scene};
+use crate::shell::Constitution;
 use crate::shell::rest::{
     Components, Forms, Interpolation, Isotropic, Law, LinearInterpolation, MachineDirection, Orthotropic, OtherShape, Prestress, Product,
     Profile, Pullback, QuadraticInterpolation, Sampling, ScalarField, Site, Surface, Swelling, on_faces, transported,
@@ -31,7 +32,10 @@ impl Reader<'_> {
             Scalar::Expr(expr) => self.expr(key, expr, scene::PLACE_AND_TIME),
             Scalar::Field(named) => {
                 let sampler = mesh_field(self.mesh, &format!("{key}.field"), &named.field, 1)?;
-                Ok(Box::new(move |site, _| sampler.at(site.face, site.place).map_or(f64::NAN, |v| v[0])))
+                let value = move |site: &Site| sampler.at(site.face, site.place).map_or(f64::NAN, |v| v[0]);
+                let Some(times) = &named.times else { return Ok(Box::new(move |site, _| value(site))) };
+                let times = self.expr(&format!("{key}.times"), times, scene::PLACE_AND_TIME)?;
+                Ok(Box::new(move |site, t| times(site, t) * value(site)))
             }
         }
     }
@@ -72,7 +76,8 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result
     }
     let swelling =
         rest.linear.as_ref().map(|t| ("linear", Profile::Linear, [&t.m_plus, &t.m_minus], [t.mu; 2], t.mu_perp.map(|mu| [mu; 2])));
-    let bilayer = rest.bilayer.as_ref().map(|t| ("bilayer", Profile::Bilayer, [&t.m_plus, &t.m_minus], t.mu, t.mu_perp));
+    let layers = || Profile::Bilayer(setup.constitutions.iter().map(Constitution::layers).collect());
+    let bilayer = rest.bilayer.as_ref().map(|t| ("bilayer", layers(), [&t.m_plus, &t.m_minus], t.mu, t.mu_perp));
     for (name, profile, [plus, minus], mu, mu_perp) in swelling.into_iter().chain(bilayer) {
         let moisture = [
             reader.expr(&format!("rest.{name}.m_plus"), plus, scene::PLACE_AND_TIME)?,

@@ -38,6 +38,10 @@ const COLUMNS: [&str; 9] = [
     "increment_m",
 ];
 
+/// Columns after the energies where unstable equilibria are left. Switches are totals since the start; eigenvalues [N/m3] are those of the
+/// equilibrium kept, and of the first one found in the step.
+const STABILITY: [&str; 3] = ["branch_switches", "lowest_eigenvalue", "lowest_eigenvalue_before"];
+
 /// The stage.
 ///
 /// # Errors
@@ -96,12 +100,24 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 wall += clock.elapsed().as_secs_f64();
                 let counters = model.counters();
                 let solved = report.solved;
-                unstable = job.scene.statics.as_ref().map(|_| solved.negative_pivots);
+                let lowest = solved.stability.map(|s| s.lowest);
+                unstable = job
+                    .scene
+                    .statics
+                    .as_ref()
+                    .filter(|_| solved.negative_pivots > 0)
+                    .map(|_| self::unstable(solved.negative_pivots, lowest));
                 let energies = model.energies();
                 let mut row = vec![plan.time, plan.dt, f64::from(halvings)];
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
                 row.extend([solved.negative_pivots as f64, solved.residual, solved.increment]);
                 row.extend(energies.iter().map(|(_, e)| *e));
+                if let Some(stability) = solved.stability {
+                    row.extend([counters.branch_switches as f64, stability.lowest, stability.before]);
+                    if stability.switches > 0 {
+                        job.say(&switched(&job.moment(plan.time), stability.before, stability.lowest));
+                    }
+                }
                 row.push(wall);
                 history.append(model.step(), &row)?;
                 history.sync()?;
@@ -132,8 +148,8 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             return Err(Error::Interrupted(number));
         }
     }
-    if let Some(unstable) = unstable.filter(|n| *n > 0 && control.plan(model.time()).is_none()) {
-        log::warn!("the last equilibrium is unstable in {unstable} directions: a small disturbance would make the shell leave it");
+    if let Some(unstable) = unstable.filter(|_| control.plan(model.time()).is_none()) {
+        log::warn!("{unstable}");
     }
     let counters = model.counters();
     job.say(&place("at", job, &model, &folder));
@@ -147,7 +163,26 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
 /// Columns of the history after `step`.
 pub fn columns(model: &ShellModel) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
-    COLUMNS.into_iter().chain(energies).chain(["wall_s"]).collect()
+    let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
+    COLUMNS.into_iter().chain(energies).chain(stability.iter().copied()).chain(["wall_s"]).collect()
+}
+
+/// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
+pub fn switched(moment: &str, before: f64, after: f64) -> String {
+    format!("branch switched at {moment}: lowest eigenvalue {before:.4e} N/m3 before, {after:.4e} N/m3 after")
+}
+
+/// What is said of a last equilibrium with negative pivots. `lowest`: its lowest eigenvalue [N/m3], where unstable ones are left: then the
+/// energy does not fall by more than round-off along the mode.
+pub fn unstable(negative_pivots: usize, lowest: Option<f64>) -> String {
+    let directions = if negative_pivots == 1 { "1 direction".into() } else { format!("{negative_pivots} directions") };
+    match lowest {
+        None => format!("the last equilibrium is unstable in {directions}; a small disturbance would make the shell leave it"),
+        Some(lowest) => format!(
+            "the last equilibrium is neutral within round-off in {directions}: lowest eigenvalue {lowest:.4e} N/m3, along whose mode the energy \
+             does not fall"
+        ),
+    }
 }
 
 /// Path of the history.
@@ -158,7 +193,7 @@ pub fn history_path(job: &Job) -> PathBuf {
 /// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end and the output times may change.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver))
+    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))
         .map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }

@@ -1,6 +1,7 @@
 //! `setup`: materials, machine direction, supports, rest forms and the first state (`setup.h5`).
 
 use super::build;
+use super::materials::{self, Compositions};
 use super::{Job, mesh as mesh_stage};
 use super::{rest, supports};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
@@ -9,7 +10,7 @@ use crate::mesh::{Mesh, Region, Topology};
 use crate::model::StepFailure;
 use crate::scene::Scene;
 use crate::shell::rest::Forms;
-use crate::shell::{Director, Material};
+use crate::shell::{Constitution, Director, Material};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,8 @@ use std::path::{Path, PathBuf};
 pub struct Setup {
     /// Material of each face.
     pub materials: Vec<Material>,
+    /// Law of each face; empty where all have the default, isotropic St. Venant-Kirchhoff in plane stress.
+    pub constitutions: Vec<Constitution>,
     /// Density of each face [kg/m3]; empty where the scene has none.
     pub densities: Vec<f64>,
     /// Forms of the initial shape, per integration point.
@@ -69,7 +72,8 @@ pub fn path(job: &Job) -> PathBuf {
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
     let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
-    let start = (s.statics.is_some(), s.dynamics.as_ref().map(|d| &d.velocity));
+    let statics = s.statics.as_ref().map(|table| &table.perturbation);
+    let start = (statics, s.dynamics.as_ref().map(|d| &d.velocity));
     let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
@@ -86,8 +90,9 @@ pub fn load(job: &Job) -> Result<(Setup, Snapshot)> {
 pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     let topology = Topology::new(&mesh.faces);
     let mut setup = Setup::default();
-    set_materials(&mut setup, scene, mesh)?;
     (setup.held, setup.held_directors) = supports::find(scene, mesh, &topology)?;
+    let compositions = Compositions::new(scene, mesh)?;
+    setup.materials = compositions.materials();
     let shell = build::shell(scene, mesh, &topology, &setup);
     let mut x: Vec<f64> = mesh.nodes().iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     x.resize(shell.unknowns(), 0.0);
@@ -96,16 +101,22 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
         return Err(Error::input("mesh", format!("face {} has no area that can be computed with", f / shell.points())));
     }
     setup.machine_direction = rest::machine_direction(scene, mesh, &topology, &setup)?;
+    setup.constitutions = compositions.constitutions(setup.machine_direction.as_deref());
+    setup.densities = compositions.densities;
+    admit("mesh", &setup, &setup.initial_forms)?;
     setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup)? {
         Some(mut driver) => {
             // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
-            driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
-            driver.forms(0.0).map_err(|e| Error::input("rest", e))?
+            let end = driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
+            let start = driver.forms(0.0).map_err(|e| Error::input("rest", e))?;
+            admit("rest", &setup, &end)?;
+            admit("rest", &setup, &start)?;
+            start
         }
         None => setup.initial_forms.clone(),
     };
     drop(shell);
-    let model = build::model(scene, mesh, &topology, &setup)?;
+    let mut model = build::model(scene, mesh, &topology, &setup)?;
     for time in if scene.statics.is_some() { &[0.0, 1.0][..] } else { &[0.0] } {
         model.prescribed(*time).map_err(|failure| match failure {
             StepFailure::Input { place, reason } => Error::input(place, reason),
@@ -114,7 +125,21 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     }
     super::report::check_measures(scene, mesh, &super::run::columns(&model))?;
     setup.free_unknowns = model.free_unknowns();
+    if let Some(table) = scene.statics.as_ref().and_then(|s| s.perturbation.as_ref()) {
+        super::perturbation::apply(table, scene, mesh, &topology, &setup, &mut model)?;
+    }
     Ok((setup, model.snapshot()))
+}
+
+/// Checks forms of each point. Errors: the face whose material cannot have them, at this place of the scene.
+fn admit(place: &str, setup: &Setup, forms: &[Forms]) -> Result<()> {
+    let points = forms.len() / setup.materials.len();
+    let refused =
+        |(k, forms): (usize, &Forms)| (!setup.constitution(k / points).admits(&setup.materials[k / points], forms)).then_some(k / points);
+    let Some(face) = forms.iter().enumerate().find_map(refused) else { return Ok(()) };
+    let thickness = setup.materials[face].thickness;
+    let message = format!("face {face} is bent more sharply than its thickness of {thickness} m allows for a neo-hookean shell");
+    Err(Error::input(place, message))
 }
 
 /// The region of that name, with its name in the error if there is none.
@@ -125,30 +150,6 @@ pub fn region<'a>(mesh: &'a Mesh, key: &str, name: &str) -> Result<&'a Region> {
     })
 }
 
-fn set_materials(setup: &mut Setup, scene: &Scene, mesh: &Mesh) -> Result<()> {
-    let s = &scene.shell;
-    let material = Material { thickness: s.thickness, youngs_modulus: s.youngs_modulus, poissons_ratio: s.poissons_ratio };
-    setup.materials = vec![material; mesh.faces.len()];
-    setup.densities = s.density.map_or(Vec::new(), |rho| vec![rho; mesh.faces.len()]);
-    for (i, table) in s.regions.iter().enumerate() {
-        let key = format!("shell.region.{i}.region");
-        let faces = &region(mesh, &key, &table.region)?.faces;
-        if faces.is_empty() {
-            return Err(Error::input(key, format!("region '{}' has no faces", table.region)));
-        }
-        for &f in faces {
-            let m = &mut setup.materials[f];
-            m.thickness = table.thickness.unwrap_or(m.thickness);
-            m.youngs_modulus = table.youngs_modulus.unwrap_or(m.youngs_modulus);
-            m.poissons_ratio = table.poissons_ratio.unwrap_or(m.poissons_ratio);
-            if let (Some(rho), Some(to)) = (table.density, setup.densities.get_mut(f)) {
-                *to = rho;
-            }
-        }
-    }
-    Ok(())
-}
-
 fn rows(forms: &[Forms]) -> Array {
     Array::rows(forms.iter().flat_map(|f| f.a.into_iter().chain(f.b)).collect(), 6)
         .with("unit", "m2 m2 m2 m m m")
@@ -156,6 +157,11 @@ fn rows(forms: &[Forms]) -> Array {
 }
 
 impl Setup {
+    /// Law of a face.
+    pub fn constitution(&self, face: usize) -> Constitution {
+        self.constitutions.get(face).copied().unwrap_or_default()
+    }
+
     fn to_archive(&self, inputs: &str) -> Archive {
         let mut archive = Archive::new(Kind::Setup, inputs);
         archive.numbers.insert("free_unknowns".into(), self.free_unknowns as f64);
@@ -165,6 +171,9 @@ impl Setup {
             "material",
             Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"),
         );
+        if !self.constitutions.is_empty() {
+            put("constitution", materials::to_array(&self.constitutions));
+        }
         put("initial_forms", rows(&self.initial_forms));
         put("rest_forms", rows(&self.rest_forms));
         if !self.densities.is_empty() {
@@ -205,7 +214,11 @@ impl Setup {
         let optional = |name: &str| if archive.arrays.contains_key(name) { real(name).map(Some) } else { Ok(None) };
         let planes = optional("held_director_planes")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
         let supports = planes.map(|normal| if normal == Vector3::zeros() { Director::Clamped } else { Director::Symmetry(normal) });
+        let machine_direction: Option<Vec<[f64; 2]>> =
+            optional("machine_direction")?.map(|d| d.chunks_exact(2).map(|d| [d[0], d[1]]).collect());
+        let constitutions = optional("constitution")?.map_or(Some(Vec::new()), |rows| materials::from_rows(rows, &machine_direction));
         Ok(Setup {
+            constitutions: constitutions.ok_or_else(|| missing("constitution"))?,
             materials: real("material")?
                 .chunks_exact(3)
                 .map(|m| Material { thickness: m[0], youngs_modulus: m[1], poissons_ratio: m[2] })
@@ -213,7 +226,7 @@ impl Setup {
             densities: optional("density")?.unwrap_or(&[]).to_vec(),
             initial_forms: forms("initial_forms")?,
             rest_forms: forms("rest_forms")?,
-            machine_direction: optional("machine_direction")?.map(|d| d.chunks_exact(2).map(|d| [d[0], d[1]]).collect()),
+            machine_direction,
             held: whole("held_unknowns")?.chunks_exact(2).map(|h| Held { unknown: h[0], pin: h[1].checked_sub(1) }).collect(),
             held_directors: whole("held_director_edges")?.into_iter().zip(supports).collect(),
             free_unknowns: archive.numbers.get("free_unknowns").map_or(0, |n| *n as usize),

@@ -45,7 +45,7 @@ fn fields(case: &Case) -> Vec<(Vector3<f64>, PointFields)> {
         .map(|i| {
             let face = i / shell.points();
             let place = case.mesh.faces[face].iter().map(|v| case.mesh.vertices[*v]).sum::<Vector3<f64>>() / 3.0;
-            (place, at_point(&tangents[i], &forms[i], &setup.initial_forms[i], &setup.materials[face]))
+            (place, at_point(&tangents[i], &forms[i], &setup.initial_forms[i], &setup.materials[face], &setup.constitution(face)))
         })
         .collect()
 }

@@ -6,6 +6,7 @@ use thinshell::Result;
 use thinshell::mesh::generate::{Pattern, Triangulation, annulus, cylinder, disc, outline, rectangle, rectangle_delaunay, sphere_cap};
 use thinshell::mesh::{Mesh, Quality, Topology, validate};
 
+const POINTS: &str = "mesh.outline.points";
 const PATTERNS: [Pattern; 3] = [Pattern::Diagonal, Pattern::Alternating, Pattern::CrissCross];
 
 fn normal_and_centroid(mesh: &Mesh, face: &[usize; 3]) -> (Vector3<f64>, Vector3<f64>) {
@@ -88,7 +89,7 @@ fn flat_areas_are_exact() {
     let hexagon: Vec<[f64; 2]> = (0..6).map(|k| (PI / 3.0 * k as f64).sin_cos()).map(|(s, c)| [c, s]).collect();
     let square = vec![[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]];
     let exact = 1.5 * 3f64.sqrt() - 0.04;
-    assert!((area(outline(&hexagon, &[square], Triangulation { size: 0.1, min_angle: 25.0 })) / exact - 1.0).abs() < 1e-12);
+    assert!((area(outline(POINTS, &hexagon, &[square], Triangulation { size: 0.1, min_angle: 25.0 })) / exact - 1.0).abs() < 1e-12);
 }
 
 /// The error against the true area falls at second order.
@@ -203,7 +204,7 @@ fn jitter_moves_inner_vertices_by_its_fraction_of_the_cell() {
 fn outlines_with_holes_and_thin_necks() {
     let t = Triangulation { size: 0.1, min_angle: 25.0 };
     let square = |x: f64, y: f64, a: f64| vec![[x, y], [x + a, y], [x + a, y + a], [x, y + a]];
-    let plate = outline(&square(0.0, 0.0, 1.0), &[square(0.1, 0.1, 0.3), square(0.6, 0.6, 0.2)], t).unwrap();
+    let plate = outline(POINTS, &square(0.0, 0.0, 1.0), &[square(0.1, 0.1, 0.3), square(0.6, 0.6, 0.2)], t).unwrap();
     assert_eq!(plate.regions.keys().collect::<Vec<_>>(), ["hole-0", "hole-1", "outline"]);
     let length = |name: &str| plate.regions[name].edges.iter().map(|[a, b]| (plate.vertices[*a] - plate.vertices[*b]).norm()).sum::<f64>();
     for (name, expected) in [("outline", 4.0), ("hole-0", 1.2), ("hole-1", 0.8)] {
@@ -214,17 +215,17 @@ fn outlines_with_holes_and_thin_necks() {
     // The same polygon drawn the other way round has the same faces up to their order.
     let mut reversed = square(0.0, 0.0, 1.0);
     reversed.reverse();
-    assert_sound(outline(&reversed, &[], t).unwrap(), 1, 1, up);
+    assert_sound(outline(POINTS, &reversed, &[], t).unwrap(), 1, 1, up);
     // A neck much narrower than the target size.
     let neck = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.49], [2.0, 0.49], [2.0, 0.51], [1.0, 0.51], [1.0, 1.0], [0.0, 1.0]];
-    let mesh = outline(&neck, &[], t).unwrap();
+    let mesh = outline(POINTS, &neck, &[], t).unwrap();
     assert!(Quality::of(&mesh).angle[0] >= 24.9, "{}", Quality::of(&mesh).angle[0]);
     assert_sound(mesh, 1, 1, up);
     // Far from the origin, and a star with corners sharper than the angle asked for.
-    assert_sound(outline(&square(1e4, -1e4, 1.0), &[], t).unwrap(), 1, 1, up);
+    assert_sound(outline(POINTS, &square(1e4, -1e4, 1.0), &[], t).unwrap(), 1, 1, up);
     let star: Vec<[f64; 2]> =
         (0..10).map(|k| (if k % 2 == 0 { 1.0 } else { 0.2 }, PI * k as f64 / 5.0)).map(|(r, a)| [r * a.cos(), r * a.sin()]).collect();
-    assert_sound(outline(&star, &[], t).unwrap(), 1, 1, up);
+    assert_sound(outline(POINTS, &star, &[], t).unwrap(), 1, 1, up);
 }
 
 #[track_caller]
@@ -276,23 +277,26 @@ fn bad_outlines_are_refused_with_their_corner() {
     let t = Triangulation { size: 0.1, min_angle: 25.0 };
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let hole = |x: f64, y: f64, a: f64| vec![[x, y], [x + a, y], [x, y + a]];
-    refused(outline(&square[..2], &[], t), &["mesh.outline.points", "at least 3"]);
-    refused(outline(&[[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]], &[], t), &["mesh.outline.points", "point 1"]);
-    refused(outline(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]], &[], t), &["corner (0, 0) occurs twice"]);
-    refused(outline(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], &[], t), &["mesh.outline.points", "meets another side"]);
-    refused(outline(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[], t), &["mesh.outline.points"]);
+    refused(outline(POINTS, &square[..2], &[], t), &["mesh.outline.points", "at least 3"]);
+    refused(outline(POINTS, &[[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]], &[], t), &["mesh.outline.points", "point 1"]);
+    refused(outline(POINTS, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]], &[], t), &["corner (0, 0) occurs twice"]);
+    refused(outline(POINTS, &[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]], &[], t), &["mesh.outline.points", "meets another side"]);
+    refused(outline(POINTS, &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], &[], t), &["mesh.outline.points"]);
     // A corner on another side, and a side that runs back along another.
-    refused(outline(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [0.0, 1.0]], &[], t), &["meets another side or corner"]);
-    refused(outline(&[[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]], &[], t), &["meets another side or corner"]);
+    refused(outline(POINTS, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [0.0, 1.0]], &[], t), &["meets another side or corner"]);
+    refused(outline(POINTS, &[[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]], &[], t), &["meets another side or corner"]);
     // Exactly, the corner (0, 5e-5) lies beside the side it should lie on; the face between them is rounding alone.
     let touching = [[-2.5e-5, 0.0], [0.0, 2.5e-5], [-5e-5, 7.500000000000001e-5], [-2.5e-5, 5e-5]];
-    refused(outline(&touching, &[], Triangulation { size: 2.5e-4, ..t }), &["mesh.outline.points"]);
-    refused(outline(&square, &[hole(2.0, 2.0, 0.1)], t), &["mesh.outline.holes[0]", "outside"]);
-    refused(outline(&square, &[hole(0.9, 0.5, 0.3)], t), &["meets another side"]);
-    refused(outline(&square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.1)], t), &["mesh.outline.holes[1]", "inside mesh.outline.holes[0]"]);
-    refused(outline(&square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.5)], t), &["meets another side"]);
-    refused(outline(&square, &[vec![[-1.0, -1.0], [3.0, -1.0], [0.5, 4.0]]], t), &["mesh.outline.holes[0]", "outside"]);
-    refused(outline(&square, &[], Triangulation { size: 1e-5, ..t }), &["mesh.outline.triangulation.size", "faces"]);
-    refused(outline(&square, &[], Triangulation { size: 1e-10, ..t }), &["mesh.outline.triangulation.size"]);
-    refused(outline(&square, &[], Triangulation { min_angle: 31.0, ..t }), &["mesh.outline.triangulation.min_angle"]);
+    refused(outline(POINTS, &touching, &[], Triangulation { size: 2.5e-4, ..t }), &["mesh.outline.points"]);
+    refused(outline(POINTS, &square, &[hole(2.0, 2.0, 0.1)], t), &["mesh.outline.holes[0]", "outside"]);
+    refused(outline(POINTS, &square, &[hole(0.9, 0.5, 0.3)], t), &["meets another side"]);
+    refused(
+        outline(POINTS, &square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.1)], t),
+        &["mesh.outline.holes[1]", "inside mesh.outline.holes[0]"],
+    );
+    refused(outline(POINTS, &square, &[hole(0.1, 0.1, 0.5), hole(0.2, 0.2, 0.5)], t), &["meets another side"]);
+    refused(outline(POINTS, &square, &[vec![[-1.0, -1.0], [3.0, -1.0], [0.5, 4.0]]], t), &["mesh.outline.holes[0]", "outside"]);
+    refused(outline(POINTS, &square, &[], Triangulation { size: 1e-5, ..t }), &["mesh.outline.triangulation.size", "faces"]);
+    refused(outline(POINTS, &square, &[], Triangulation { size: 1e-10, ..t }), &["mesh.outline.triangulation.size"]);
+    refused(outline(POINTS, &square, &[], Triangulation { min_angle: 31.0, ..t }), &["mesh.outline.triangulation.min_angle"]);
 }

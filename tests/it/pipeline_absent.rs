@@ -115,6 +115,12 @@ fn supports() {
 }
 
 #[test]
+fn materials() {
+    let rubber = with(STATIC, "density", "material = \"neo-hookean\"\ndensity");
+    assert_traceless(&rubber, STATIC, &["constitution"]);
+}
+
+#[test]
 fn viscosity() {
     let (with_it, without) = (traces(DYNAMIC), traces(&with(DYNAMIC, "viscosity = 0.01\n", "")));
     assert_eq!(without.of(&["visc", "damp"]), Vec::<String>::new());
@@ -135,4 +141,15 @@ fn directors() {
         &with(&with(DYNAMIC, "[shell]", "[shell]\ndirector = \"average\""), "director = \"clamped\"\n", ""),
         &["director"],
     );
+}
+
+#[test]
+fn stability_and_disturbances() {
+    let resting = with(STATIC, "steps = 8", "steps = 3");
+    let stable = with(&resting, "steps = 3", "steps = 3\nstable = true") + "[output]\nlowest_mode = true\n";
+    assert_traceless(&stable, &resting, &["lowest_", "branch_switches"]);
+    // A disturbance is in the first state and nowhere else.
+    let disturbed = with(&resting, "steps = 3", "steps = 3\nperturbation = { amplitude = 1e-5 }");
+    let (with_it, without) = (traces(&disturbed), traces(&resting));
+    assert!(with_it.of(&["disturb", "perturb"]).is_empty() && with_it.all().eq(without.all()));
 }

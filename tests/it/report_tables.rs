@@ -45,7 +45,16 @@ fn only_finite_values_within_the_tolerance_pass() {
 }
 
 fn row(director: &str, thickness: f64, faces: usize, error: Option<f64>) -> LadderRow {
-    LadderRow { director: director.into(), mesh: "jittered".into(), thickness, faces, dofs: 3 * faces, error, ..Default::default() }
+    LadderRow {
+        director: director.into(),
+        mesh: "jittered".into(),
+        thickness,
+        faces,
+        longest_edge: (faces as f64).powf(-0.5),
+        dofs: 3 * faces,
+        error,
+        ..Default::default()
+    }
 }
 
 #[test]

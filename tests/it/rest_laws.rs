@@ -225,6 +225,11 @@ fn another_shape_and_fields_of_the_mesh() {
         }
         let (_, _, field) = laws(&file(&flat), element, "[rest.isotropic]\ns = { field = \"s\" }");
         let (_, _, given) = laws(&file(&flat), element, "[rest.isotropic]\ns = \"0.3 * x - 0.2 * y\"");
+        let (_, _, times) = laws(&file(&flat), element, "[rest.isotropic]\ns = { field = \"s\", times = \"2 * (1 + x)\" }");
+        let (_, _, doubled) = laws(&file(&flat), element, "[rest.isotropic]\ns = \"2 * (1 + x) * (0.3 * x - 0.2 * y)\"");
+        for (f, g) in times.iter().zip(&doubled) {
+            assert_close(f.a, g.a, 1e-12, element);
+        }
         for (f, g) in field.iter().zip(&given) {
             assert_close(f.a, g.a, 1e-12, element);
         }

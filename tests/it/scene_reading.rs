@@ -7,13 +7,14 @@ const FULL: &str = include_str!("full.toml");
 const SMALLEST: &str =
     "[mesh.disc]\nradius = 1\nrings = 3\n[shell]\nthickness = 1e-3\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n[statics]\n";
 
-const MESHES: [&str; 7] = [
+const MESHES: [&str; 8] = [
     "rectangle = { size = [1, 2], cells = [3, 4], pattern = \"delaunay\", seed = 7, triangulation = { size = 0.1 } }",
     "disc = { radius = 1, rings = 3 }",
     "annulus = { radii = [1, 2], cells = [1, 3], slit = true }",
     "cylinder = { radius = 1, length = 1, angle = 90, cells = [1, 1], pattern = \"alternating\" }",
     "sphere-cap = { radius = 1, half_angle = 90, rings = 2 }",
     "outline = { points = [[0, 0], [9, 0], [0, 9]], holes = [[[1, 1], [2, 1], [1, 2]]], triangulation = { size = 1 } }",
+    "outline = { file = \"a/b.csv\", triangulation = { size = 1 } }\n[flatten]\nonto = \"disc\"\nradius = 2.5",
     "file = { path = \"a/b.obj\", scale = 0.001 }",
 ];
 

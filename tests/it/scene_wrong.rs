@@ -74,6 +74,7 @@ const WRONG: &[(&str, &str, &str)] = &[
         "rest.surface.torus.radii.0 = 1: must be larger than the radius of the tube",
     ),
     ("ramp = \"min(t, 1)\"", "isotropic = { s = { field = §\"\" } }", "rest.isotropic.s.field = \"\": must not be empty"),
+    ("ramp = \"min(t, 1)\"", "isotropic = { s = { field = \"f\", times = §\"q\" } }", "rest.isotropic.s.times = \"q\": unknown name `q`"),
     (
         "ramp = \"min(t, 1)\"",
         "isotropic = { s = §[1] }",

@@ -9,6 +9,7 @@ use crate::mesh::{Mesh, Stars};
 use nalgebra::{Vector2, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use spade::handles::FixedVertexHandle;
 use spade::{AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, Triangulation};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -33,8 +34,9 @@ pub struct Filled {
     pub sides: Vec<Vec<Vec<usize>>>,
 }
 
-/// Fills the domain to the left of `polygons` with about `faces` triangles of edge length `size` [m].
-pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64, seed: u64) -> Result<Filled, String> {
+/// Fills the domain to the left of `polygons` with about `faces` triangles of edge length `size` [m]. `share_corners`: whether every corner is
+/// shared by two faces or more.
+pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64, seed: u64, share_corners: bool) -> Result<Filled, String> {
     let mut points = Vec::new();
     let mut pieces = Vec::new();
     let mut corners = Vec::new();
@@ -65,6 +67,11 @@ pub fn fill(polygons: &[&[Vector2<f64>]], faces: f64, size: f64, min_angle: f64,
     {
         points = finer.vertices().map(|v| Vector2::new(v.position().x, v.position().y)).collect();
         domain = Domain::new(finer);
+    }
+
+    if share_corners && let Some(split) = corners_shared(&domain)? {
+        points = split.vertices().map(|v| Vector2::new(v.position().x, v.position().y)).collect();
+        domain = Domain::new(split);
     }
 
     if domain.smallest_angle(&points) < FLAT {
@@ -276,6 +283,29 @@ fn smooth(points: &mut [Vector2<f64>], fixed: usize, faces: &[[usize; 3]]) {
             points[v] = home;
         }
     }
+}
+
+/// The triangulation with the inner edge of each face halved that has two sides on the boundary; `None` if there is no such face. Alone in its
+/// corner, a face would have no vertex that can move inside, and no conformal map could spread the corner.
+fn corners_shared(domain: &Domain) -> Result<Option<Cdt>, String> {
+    let is_outer = |a: usize, b: usize| domain.next.get(&a) == Some(&b);
+    let inner_edges: Vec<[usize; 2]> = domain
+        .faces
+        .iter()
+        .filter_map(|&[a, b, c]| {
+            [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|&[a, b, c]| is_outer(a, b) && is_outer(b, c) && !is_outer(c, a))
+        })
+        .map(|[a, _, c]| [a, c])
+        .collect();
+    if inner_edges.is_empty() {
+        return Ok(None);
+    }
+    let mut split = domain.cdt.clone();
+    for ends in inner_edges {
+        let [a, b] = ends.map(|v| split.vertex(FixedVertexHandle::from_index(v)).position());
+        split.insert(Point2::new(0.5 * (a.x + b.x), 0.5 * (a.y + b.y))).map_err(|e| e.to_string())?;
+    }
+    Ok(Some(split))
 }
 
 /// The triangulation with points added until no angle is smaller than `min_angle` [degrees], save at corners that are; `None` if

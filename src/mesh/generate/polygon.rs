@@ -13,14 +13,17 @@ const SMALLEST_SIZE: f64 = 1e-9;
 /// Flat polygon in the xy plane with holes, unstructured triangles, normal +z.
 ///
 /// `points`: at least 3 corners [m] in either sense, not repeated at the end. `holes`: polygons like it, inside the outline and
-/// apart from each other. Sides are split into equal parts of about the target size. Regions: outline, hole-0, hole-1, ...
-pub fn outline(points: &[[f64; 2]], holes: &[Vec<[f64; 2]>], triangulation: Triangulation) -> Result<Mesh> {
-    let mut loops = vec![Loop::new("mesh.outline.points".into(), points, true)?];
+/// apart from each other. Sides are split into equal parts of about the target size; no face has two sides
+/// on the boundary. Regions: outline, hole-0, hole-1, ...
+///
+/// `place`: file or key that the points come from, for messages.
+pub fn outline(place: &str, points: &[[f64; 2]], holes: &[Vec<[f64; 2]>], triangulation: Triangulation) -> Result<Mesh> {
+    let mut loops = vec![Loop::new(place.to_owned(), points, true)?];
     for (k, hole) in holes.iter().enumerate() {
         loops.push(Loop::new(format!("mesh.outline.holes[{k}]"), hole, false)?);
     }
     check_apart(&loops)?;
-    let Filled { mut mesh, sides } = fill(&loops, triangulation, 0, "mesh.outline.triangulation")?;
+    let Filled { mut mesh, sides } = fill(&loops, triangulation, 0, true, "mesh.outline.triangulation")?;
     for (k, sides) in sides.iter().enumerate() {
         let name = if k == 0 { "outline".into() } else { format!("hole-{}", k - 1) };
         mesh.regions.insert(name, sides.iter().fold(Region::default(), |all, side| all.union(&Region::path(side, false))));
@@ -37,7 +40,7 @@ pub fn rectangle_delaunay(size: [f64; 2], cells: [usize; 2], triangulation: Opti
     let triangulation = triangulation.unwrap_or(Triangulation { size: (face_area * 4.0 / 3f64.sqrt()).sqrt(), min_angle: 25.0 });
     let corners = [[0.0, 0.0], [size[0], 0.0], size, [0.0, size[1]]];
     let loops = [Loop::new("mesh.rectangle.size".into(), &corners, true)?];
-    let Filled { mut mesh, sides } = fill(&loops, triangulation, seed, "mesh.rectangle.triangulation")?;
+    let Filled { mut mesh, sides } = fill(&loops, triangulation, seed, false, "mesh.rectangle.triangulation")?;
     let mut boundary = Region::default();
     for (name, side) in ["bottom", "right", "top", "left"].into_iter().zip(&sides[0]) {
         let side = Region::path(side, false);
@@ -132,7 +135,7 @@ fn contains(polygon: &[Vector2<f64>], p: Vector2<f64>) -> bool {
 }
 
 /// Checks the sizes and fills the domain to the left of `loops`.
-fn fill(loops: &[Loop], triangulation: Triangulation, seed: u64, key: &str) -> Result<Filled> {
+fn fill(loops: &[Loop], triangulation: Triangulation, seed: u64, share_corners: bool, key: &str) -> Result<Filled> {
     let Triangulation { size, min_angle } = triangulation;
     let size_key = format!("{key}.size");
     check_length(&size_key, size)?;
@@ -151,5 +154,5 @@ fn fill(loops: &[Loop], triangulation: Triangulation, seed: u64, key: &str) -> R
     let extent = |f: fn(&Vector2<f64>) -> f64| corners().map(f).fold(f64::MIN, f64::max) - corners().map(f).fold(f64::MAX, f64::min);
     check_faces(&size_key, 0.1 * extent(|p| p.x) * extent(|p| p.y) / (size * size))?;
     let polygons: Vec<&[Vector2<f64>]> = loops.iter().map(|l| l.corners.as_slice()).collect();
-    delaunay::fill(&polygons, faces, size, min_angle, seed).map_err(|message| Error::input(&loops[0].place, message))
+    delaunay::fill(&polygons, faces, size, min_angle, seed, share_corners).map_err(|message| Error::input(&loops[0].place, message))
 }

@@ -1,4 +1,4 @@
-//! Mesh files: OBJ, PLY, STL, VTK (legacy, VTU, VTP) and Gmsh.
+//! Mesh files: OBJ, PLY, STL, VTK (legacy, VTU, VTP) and Gmsh; outlines of flat shells: CSV.
 //!
 //! [`read`] chooses the reader by the file's extension. Readers keep the order of the file's vertices and faces, turn its
 //! lengths into metres, its named groups into regions, the midside nodes of quadratic triangles into midpoints and its data arrays
@@ -10,11 +10,14 @@ mod field;
 mod gmsh;
 mod input;
 mod obj;
+mod outline;
 mod ply;
 mod stl;
 mod vtk;
 mod vtk_legacy;
 mod vtk_xml;
+
+pub use outline::read_outline;
 
 use super::{Mesh, Region, Topology};
 use crate::error::{Error, Result};

@@ -53,7 +53,10 @@ fn at_most_one(laws: &[(&str, bool)]) -> Check {
 fn scalar(key: &str, value: &Scalar, variables: &[&str]) -> Check {
     match value {
         Scalar::Expr(expr) => expression(key, expr, variables),
-        Scalar::Field(field) => named(&format!("{key}.field"), &field.field),
+        Scalar::Field(field) => {
+            named(&format!("{key}.field"), &field.field)?;
+            optional_expression(&format!("{key}.times"), &field.times, variables)
+        }
     }
 }
 

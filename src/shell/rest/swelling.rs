@@ -1,15 +1,18 @@
 //! Swelling that differs between the top and the bottom of the shell (seed A, section 3; PHYSICS A3, `linear`, `bilayer`, `machine-direction`).
 
+use super::super::layered::{Bilayer, LayerMetric, rest_forms};
 use super::machine_direction::{MachineDirection, stretch, stretched};
 use super::{Forms, Law, ScalarField, Site};
+use nalgebra::Matrix2;
 
 /// How swelling is distributed over the thickness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Profile {
     /// It changes linearly from bottom to top.
     Linear,
-    /// Two layers of equal thickness, each swelling as a whole.
-    Bilayer,
+    /// Two layers, each swelling as a whole. Of each face, or of none at all: its layers where they have thicknesses and moduli of their
+    /// own; the others are two equal halves.
+    Bilayer(Vec<Option<Bilayer>>),
 }
 
 /// Laws `linear` and `bilayer`, with or without a machine direction.
@@ -28,11 +31,11 @@ pub struct Swelling {
 const SIDES: [&str; 2] = ["m_plus", "m_minus"];
 
 impl Swelling {
-    /// Metrics of the two sides: `(1 + m mu)^2 (a0 -+ z b0)`, `z` being twice their distance from the middle [m].
-    fn sides(&self, site: &Site, time: f64, z: f64) -> Result<[[f64; 3]; 2], String> {
+    /// Stretch of tangent vectors at the two sides, in barycentric components.
+    fn stretches(&self, site: &Site, time: f64) -> Result<[Matrix2<f64>; 2], String> {
         let direction = self.fibres.as_ref().map(|(_, direction)| direction.at(site, time)).transpose()?;
-        let mut sides = [[0.0; 3]; 2];
-        for (side, metric) in sides.iter_mut().enumerate() {
+        let mut sides = [Matrix2::identity(); 2];
+        for (side, f) in sides.iter_mut().enumerate() {
             let m = (self.moisture[side])(site, time);
             let factor = |mu: f64| {
                 let s = 1.0 + m * mu;
@@ -42,27 +45,45 @@ impl Swelling {
                     Err(format!("{} = {m} % makes 1 + m mu = {s}, which must be > 0", SIDES[side]))
                 }
             };
-            let sign = [1.0, -1.0][side];
-            let start: [f64; 3] = std::array::from_fn(|i| site.initial.a[i] - sign * z * site.initial.b[i]);
             let along = factor(self.mu[side])?;
-            *metric = match (&self.fibres, direction) {
-                (Some((across, _)), Some(d)) => stretched(&start, &stretch(&site.initial.a, d, [along, factor(across[side])?])),
-                _ => start.map(|v| along * along * v),
+            *f = match (&self.fibres, direction) {
+                (Some((across, _)), Some(d)) => stretch(&site.initial.a, d, [along, factor(across[side])?]),
+                _ => *f * along,
             };
         }
         Ok(sides)
     }
 }
 
+/// Forms of sides that swell as `sides` say: metrics `F^T (a0 -+ z b0) F`, of which `abar` is the mean, and `bbar` is `slope` times the
+/// difference of the bottom and the top.
+fn alike(start: &Forms, sides: &[Matrix2<f64>; 2], z: f64, slope: f64) -> Forms {
+    let metric = |z: f64| std::array::from_fn(|i| start.a[i] - z * start.b[i]);
+    let (top, bottom) = (stretched(&metric(z), &sides[0]), stretched(&metric(-z), &sides[1]));
+    Forms { a: std::array::from_fn(|i| 0.5 * (top[i] + bottom[i])), b: std::array::from_fn(|i| slope * (bottom[i] - top[i])) }
+}
+
+/// Forms of least energy of layers that would have the metrics `F^T (a0 - 2 z b0) F` by themselves, `z` counting from the middle of the shell.
+fn layered(start: &Forms, sides: &[Matrix2<f64>; 2], layers: &Bilayer, thickness: f64) -> Forms {
+    let layers = layers.layers(thickness);
+    let middles = [0.5 * layers[1].thickness, -0.5 * layers[0].thickness];
+    let own = std::array::from_fn(|k| LayerMetric {
+        middle: stretched(&std::array::from_fn(|i| start.a[i] - 2.0 * middles[k] * start.b[i]), &sides[k]),
+        slope: stretched(&start.b.map(|b| -2.0 * b), &sides[k]),
+    });
+    rest_forms(&layers, &own, start.a)
+}
+
 impl Law for Swelling {
     fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
-        let h = site.thickness;
-        // Of a metric that is linear in z, and of one that jumps in the middle: half the sum, and the slope that fits best.
-        let (z, slope) = match self.profile {
-            Profile::Linear => (h, 0.5 / h),
-            Profile::Bilayer => (2.0 / 3.0 * h, 0.75 / h),
-        };
-        let [top, bottom] = self.sides(site, time, z)?;
-        Ok(Forms { a: std::array::from_fn(|i| 0.5 * (top[i] + bottom[i])), b: std::array::from_fn(|i| slope * (bottom[i] - top[i])) })
+        let (start, h, sides) = (&site.initial, site.thickness, self.stretches(site, time)?);
+        Ok(match &self.profile {
+            Profile::Linear => alike(start, &sides, h, 0.5 / h),
+            Profile::Bilayer(layers) => match layers.get(site.face).copied().flatten() {
+                Some(layers) => layered(start, &sides, &layers, h),
+                // Of a metric that jumps in the middle: half the sum, and the slope that fits best.
+                None => alike(start, &sides, 2.0 / 3.0 * h, 0.75 / h),
+            },
+        })
     }
 }

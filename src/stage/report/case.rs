@@ -3,7 +3,7 @@
 use super::super::{Job, all, mesh as mesh_stage, run as run_stage, setup};
 use crate::case::{Folder, History, history::Table};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Quality};
 use crate::report::Cost;
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
@@ -35,10 +35,23 @@ impl<'a> Case<'a> {
         Ok(Case { job, mesh, setup, start, folder, history })
     }
 
-    /// Unstable directions of the last equilibrium, if it has any.
-    pub fn unstable(&self) -> Option<f64> {
+    /// What is said of the last equilibrium: that it is unstable, or stable where the scene asks for such. None in dynamics.
+    pub fn stability(&self) -> Option<String> {
         self.job.scene.statics.as_ref()?;
-        self.history.last("negative_pivots").filter(|n| *n > 0.0)
+        let negative = self.history.last("negative_pivots")?;
+        match self.history.last("lowest_eigenvalue") {
+            Some(lowest) if negative == 0.0 => Some(format!("The last equilibrium is stable: lowest eigenvalue {lowest:.4e} N/m3")),
+            lowest => (negative > 0.0).then(|| format!("Warning: {}", run_stage::unstable(negative as usize, lowest))),
+        }
+    }
+
+    /// Steps that left an unstable equilibrium, in words.
+    pub fn switches(&self) -> Vec<String> {
+        let column = |name| self.history.column(name).unwrap_or_default();
+        let [times, totals, after, before] = ["time_s", "branch_switches", "lowest_eigenvalue", "lowest_eigenvalue_before"].map(column);
+        let earlier = [0.0].into_iter().chain(totals.iter().copied());
+        let steps = totals.iter().zip(earlier).enumerate().filter(|(_, (now, earlier))| *now > earlier);
+        steps.map(|(i, _)| run_stage::switched(&self.job.moment(times[i]), before[i], after[i])).collect()
     }
 
     pub fn cost(&self) -> Result<Cost> {
@@ -100,6 +113,8 @@ pub struct Trial {
     pub values: std::result::Result<Vec<Option<f64>>, String>,
     /// Cost; of a run that failed, no more than the numbers of faces and unknowns.
     pub cost: Cost,
+    /// Longest edge of the mesh [m].
+    pub longest_edge: f64,
 }
 
 /// Runs a case and measures its end. Equations that cannot be solved are a result; other errors are errors.
@@ -108,11 +123,16 @@ pub fn attempt(job: &Job, measures: &[&crate::scene::Measure]) -> Result<Trial> 
         Ok(()) => {
             let case = Case::load(job)?;
             let values = measures.iter().map(|m| Ok(Some(case.measure(m, None)?).filter(|v| v.is_finite())));
-            Ok(Trial { values: Ok(values.collect::<Result<_>>()?), cost: case.cost()? })
+            Ok(Trial {
+                values: Ok(values.collect::<Result<_>>()?),
+                cost: case.cost()?,
+                longest_edge: Quality::of(&case.mesh).edge_length[2],
+            })
         }
         Err(Error::Numerical { message, .. }) => {
-            let cost = Cost { faces: mesh_stage::load(job)?.faces.len(), dofs: setup::load(job)?.0.free_unknowns, ..Cost::default() };
-            Ok(Trial { values: Err(message), cost })
+            let mesh = mesh_stage::load(job)?;
+            let cost = Cost { faces: mesh.faces.len(), dofs: setup::load(job)?.0.free_unknowns, ..Cost::default() };
+            Ok(Trial { values: Err(message), cost, longest_edge: Quality::of(&mesh).edge_length[2] })
         }
         Err(e) => Err(e),
     }

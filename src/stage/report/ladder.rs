@@ -106,6 +106,7 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64) -> Result
         thickness: variant.thickness,
         sampling: variant.sampling.map(Sampling::name),
         faces: trial.cost.faces,
+        longest_edge: trial.longest_edge,
         dofs: trial.cost.dofs,
         error: error.filter(|e| e.is_finite()),
         wall_s: trial.cost.wall_s,

@@ -5,7 +5,7 @@ use super::super::fields::{Fields, State};
 use super::super::{mesh as mesh_stage, setup};
 use super::case::Case;
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, Topology};
+use crate::mesh::{Mesh, Topology, conformal};
 use crate::report::{Surface, Waves, curvature, cylinder_distance, mean, median, nodes_distance, surface_distance, vertex_areas, waves};
 use crate::scene::{self, CurvatureKind, Distance, EnergyPart, Expr, Measure, Scene, Statistic, Weighting};
 use crate::snapshot::{Association, Field};
@@ -141,11 +141,16 @@ fn take([membrane, bending]: [f64; 2], part: EnergyPart) -> f64 {
 /// The energy [J] that energies are divided by.
 ///
 /// # Errors
-/// One that is not positive for this shell.
+/// One that is not positive for this shell, or that asks for moduli which `[shell]` does not state.
 pub fn energy_scale(key: &str, over: Option<&Expr>, scene: &Scene) -> Result<f64> {
     let Some(over) = over else { return Ok(1.0) };
-    let s = &scene.shell;
-    let scale = build::expression(key, over, scene::SHELL)?.eval(&[s.thickness, s.youngs_modulus, s.poissons_ratio]);
+    let (s, over) = (&scene.shell, build::expression(key, over, scene::SHELL)?);
+    for (name, what, value) in [("E", "youngs_modulus", s.youngs_modulus), ("nu", "poissons_ratio", s.poissons_ratio)] {
+        if value.is_none() && over.uses(name) {
+            return Err(Error::input(key, format!("uses {name}, but [shell] has no `{what}`")));
+        }
+    }
+    let scale = over.eval(&[s.thickness, s.youngs_modulus.unwrap_or(f64::NAN), s.poissons_ratio.unwrap_or(f64::NAN)]);
     if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err(Error::input(key, format!("is {scale} J for this shell, must be > 0"))) }
 }
 
@@ -165,9 +170,6 @@ fn curvature_square(mesh: &Mesh, positions: &[Vector3<f64>], of: CurvatureKind, 
         Weighting::Sum => squares.iter().sum(),
     }
 }
-
-/// Field of the nodes with their places before the mesh was flattened [m].
-const ORIGINAL_POSITION: &str = "original_position";
 
 /// The exact shape that a map makes of the initial mesh.
 pub struct Image {
@@ -203,9 +205,9 @@ impl Image {
 
     /// The shape that the mesh had before it was flattened. Errors: a mesh that does not say, or with coordinates that are not finite.
     pub fn original(key: &str, mesh: &Mesh, kind: Distance) -> Result<Self> {
-        let nodes = super::super::rest::node_positions(mesh, key, ORIGINAL_POSITION)?;
+        let nodes = super::super::rest::node_positions(mesh, key, conformal::POSITION)?;
         if let Some(i) = nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-            return Err(Error::input(key, format!("field '{ORIGINAL_POSITION}' is not finite at node {i}")));
+            return Err(Error::input(key, format!("field '{}' is not finite at node {i}", conformal::POSITION)));
         }
         let surface = (kind == Distance::Hausdorff).then(|| Surface::new(mesh, &nodes, |p| p));
         Ok(Image { nodes, surface })

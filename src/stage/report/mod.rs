@@ -46,10 +46,8 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     let outcome = Outcome::new(job.name(), results, case.cost()?);
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
-    if let Some(unstable) = case.unstable() {
-        text.push_str(&format!(
-            "\nWarning: the last equilibrium is unstable in {unstable} directions; a small disturbance would make the shell leave it.\n"
-        ));
+    for line in case.switches().into_iter().chain(case.stability()) {
+        text.push_str(&format!("\n{line}.\n"));
     }
     atomic::write(&job.case.join("report.md"), text.as_bytes())?;
     job.record()?;
