@@ -120,7 +120,19 @@ fn a_ladder_has_rows_with_these_keys() {
     let rows = rows.as_array().unwrap();
     assert_eq!(rows.len(), 4);
     for row in rows {
-        let all = ["director", "mesh", "thickness", "faces", "dofs", "error", "order", "wall_s", "factorizations"];
+        let all = [
+            "director",
+            "mesh",
+            "thickness",
+            "faces",
+            "longest_edge",
+            "dofs",
+            "error",
+            "order",
+            "fitted_order",
+            "wall_s",
+            "factorizations",
+        ];
         assert_eq!(keys(row), BTreeSet::from(all));
     }
     assert!(rows[0]["order"].is_null() && rows[2]["order"].is_null());
