@@ -2,9 +2,9 @@
 
 Usage: python post/plot_sweep.py FILE.json [-o plot.png] [--measure NAME ...] [--linear]
 
-FILE.json is the sweep.json of `thinshell report --sweep`. Each sweep is a row of panels; a second key
-gives one line per value. Axes are logarithmic where all numbers are positive. A run that failed has no
-point, and that is said.
+FILE.json is the sweep.json of `thinshell report --sweep`. Each sweep is a row of panels; a second
+key gives one line per value. Axes are logarithmic where all numbers are positive. A run that failed
+has no point, and that is said.
 """
 
 import argparse
@@ -44,7 +44,7 @@ def say_failures(sweep: dict[str, Any]) -> None:
 
 
 def lines(sweep: dict[str, Any], place: int) -> dict[Any, list[tuple[Any, float]]]:
-    """Points (value of the key, measure) for each value of the second key; None where there is none."""
+    """Points (value of the key, measure) for each value of the second key, or for None without."""
     found: dict[Any, list[tuple[Any, float]]] = {}
     for row in sweep["rows"]:
         second = row["values"][1] if len(row["values"]) > 1 else None
@@ -55,12 +55,18 @@ def lines(sweep: dict[str, Any], place: int) -> dict[Any, list[tuple[Any, float]
     return found
 
 
-def draw_law(axis: plt.Axes, fit: dict[str, Any], points: list[tuple[Any, float]], colour: str) -> None:
+def draw_law(
+    axis: plt.Axes,
+    fit: dict[str, Any],
+    points: list[tuple[Any, float]],
+    colour: str,
+    of: str = "",
+) -> None:
     if fit["exponent"] is None:
         return
     ends = [min(x for x, _ in points), max(x for x, _ in points)]
     law = [fit["prefactor"] * x ** fit["exponent"] for x in ends]
-    label = f"power {fit['exponent']:.3g}"
+    label = f"{of}power {fit['exponent']:.3g}"
     axis.plot(ends, law, color=colour, linestyle=":", linewidth=1.0, label=label)
 
 
@@ -82,6 +88,10 @@ def draw_panel(axis: plt.Axes, sweep: dict[str, Any], measure: str, linear: bool
         for fit in sweep.get("fits", []):
             if fit["measure"] == measure and fit.get("at") == second and points:
                 draw_law(axis, fit, points, colour)
+    for fit in sweep.get("fits", []):
+        # A law through points of several lines.
+        if fit["measure"] == measure and fit.get("at") not in groups and everything:
+            draw_law(axis, fit, everything, COLOURS[-1], f"{fit['at']}, ")
     if not linear:
         if numbers and all(x > 0 for x, _ in everything):
             axis.set_xscale("log")
@@ -98,10 +108,14 @@ def chosen(sweep: dict[str, Any], measures: list[str] | None) -> list[str]:
     return [name for name in sweep["measures"] if measures is None or name in measures]
 
 
-def draw(sweeps: list[dict[str, Any]], measures: list[str] | None, linear: bool) -> tuple[plt.Figure, int]:
+def draw(
+    sweeps: list[dict[str, Any]], measures: list[str] | None, linear: bool
+) -> tuple[plt.Figure, int]:
     columns = max(len(chosen(sweep, measures)) for sweep in sweeps)
     size = (4.2 * columns, 3.4 * len(sweeps))
-    figure, axes = plt.subplots(len(sweeps), columns, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(
+        len(sweeps), columns, figsize=size, layout="constrained", squeeze=False
+    )
     count = 0
     for row, sweep in zip(axes, sweeps, strict=True):
         say_failures(sweep)

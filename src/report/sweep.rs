@@ -34,7 +34,7 @@ pub struct SweepRow {
 pub struct SweepFit {
     /// Name of the measure.
     pub measure: String,
-    /// Value of the second key.
+    /// Value of the second key, or how its rows were chosen among those.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Value>,
     /// Exponent; none where there is no law, because too few rows have a value or one is not positive.
@@ -81,13 +81,12 @@ pub struct Sweep {
 
 impl SweepFit {
     /// The law of a measure, by its place among the measures, in the first key over `rows`, whose first values must be numbers.
-    /// `expected`: exponent, tolerance, source.
-    pub fn new(measure: &str, place: usize, rows: &[&SweepRow], expected: Option<(f64, f64, &str)>) -> Self {
+    /// `at`: what the rows have in common. `expected`: exponent, tolerance, source.
+    pub fn new(measure: &str, place: usize, rows: &[&SweepRow], at: Option<Value>, expected: Option<(f64, f64, &str)>) -> Self {
         let point = |row: &&SweepRow| Some((row.values.first()?.as_f64()?, (*row.measures.get(place)?)?));
         let pairs: Vec<(f64, f64)> = rows.iter().filter_map(point).collect();
         let law = norm::power_law(&pairs);
         let whole = pairs.len() == rows.len();
-        let at = rows.first().and_then(|row| row.values.get(1)).cloned();
         let expected = expected.map(|(exponent, tolerance, source)| {
             let passed = whole && law.is_some_and(|law| (law.exponent - exponent).abs() <= tolerance);
             SweepExpectation { exponent, tolerance, source: source.to_owned(), passed }
@@ -102,6 +101,21 @@ impl SweepFit {
             expected,
         }
     }
+}
+
+/// For each value of the first key the row with the lowest value of a measure, by its place among the measures; where none of the rows has a
+/// value, the first of them.
+pub fn lowest(rows: &[SweepRow], place: usize) -> Vec<&SweepRow> {
+    let value = |row: &SweepRow| row.measures.get(place).copied().flatten().unwrap_or(f64::INFINITY);
+    let mut chosen: Vec<&SweepRow> = Vec::new();
+    for row in rows {
+        match chosen.iter_mut().find(|other| other.values.first() == row.values.first()) {
+            Some(other) if value(row) < value(other) => *other = row,
+            Some(_) => {}
+            None => chosen.push(row),
+        }
+    }
+    chosen
 }
 
 impl Sweep {

@@ -152,6 +152,10 @@ pub struct SweepMeasure {
 pub struct Fit {
     /// Name of the measure.
     pub measure: String,
+    /// Name of a measure: for each value of the first key only that run of the second key's values counts which has the lowest value of it, as
+    /// the energy of one of several equilibria. Absent: one law for each value of the second key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lowest: Option<String>,
     /// Kind of law.
     #[serde(default)]
     pub kind: FitKind,

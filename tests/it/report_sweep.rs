@@ -121,6 +121,26 @@ fn grids_take_all_pairs_and_fit_each_line() {
 }
 
 #[test]
+fn a_law_can_go_through_the_lowest_of_the_runs() {
+    // The energy of a strip that is held flat goes with the square of the rest curvature: the second of three has the least.
+    let bent = "second = { key = \"rest.pullback.bbar.0\", values = [20, 10, 30] }\nmeasures = [";
+    let sweep = with(&with(SWEEP, "measures = [", bent), "fit = { ", "fit = { lowest = \"scaled\", ");
+    let sandbox = Sandbox::new(&held(&sweep));
+    let (out, _) = sandbox.ok(&["report", "--sweep", "scene.toml"]);
+    let found = result(&sandbox);
+    let (rows, fits) = (found["sweeps"][0]["rows"].as_array().unwrap(), found["sweeps"][0]["fits"].as_array().unwrap());
+    assert!(rows.len() == 12 && fits.len() == 1, "{fits:?}");
+    assert!(fits[0]["at"] == "lowest scaled" && fits[0]["points"] == json!([4, 4]) && fits[0]["expected"]["passed"] == true, "{fits:?}");
+    let law = fits[0]["prefactor"].as_f64().unwrap() * 1e-12;
+    for (row, share) in rows.iter().zip([4.0, 1.0, 9.0]) {
+        assert!((row["measures"][0].as_f64().unwrap() / law / share - 1.0).abs() < 1e-4, "{row} {law}");
+    }
+    assert!(out.contains("| energy  | lowest scaled"), "{out}");
+    let alone = with(SWEEP, "fit = { ", "fit = { lowest = \"scaled\", ");
+    assert!(Sandbox::new(&held(&alone)).fails(2, &["report", "--sweep", "scene.toml"]).contains("needs a second key"));
+}
+
+#[test]
 fn runs_that_fail_are_rows() {
     // Without pins that hold enough, a static shell is a mechanism.
     let sweep = r#"

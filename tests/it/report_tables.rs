@@ -82,14 +82,11 @@ fn ladder_has_exactly_these_keys() {
     let rows = [row("free-tan", 1e-3, 100, Some(3.2e-4)), failed, row("free-sin", 1e-3, 100, Some(f64::NAN))];
     let expected = json!([
         {"director": "free-tan", "mesh": "jittered", "thickness": 1e-3, "faces": 100, "longest_edge": 0.1, "dofs": 300, "error": 3.2e-4, "order": null,
-            "fitted_order": null,
-            "wall_s": 0.0, "factorizations": 0},
+            "fitted_order": null, "wall_s": 0.0, "factorizations": 0},
         {"director": "average", "mesh": "jittered", "thickness": 1e-3, "faces": 400, "longest_edge": 0.05, "dofs": 1200, "error": null, "order": null,
-            "fitted_order": null,
-            "wall_s": 0.0, "factorizations": 0, "failure": "no | convergence\nat step 3"},
+            "fitted_order": null, "wall_s": 0.0, "factorizations": 0, "failure": "no | convergence\nat step 3"},
         {"director": "free-sin", "mesh": "jittered", "thickness": 1e-3, "faces": 100, "longest_edge": 0.1, "dofs": 300, "error": null, "order": null,
-            "fitted_order": null,
-            "wall_s": 0.0, "factorizations": 0},
+            "fitted_order": null, "wall_s": 0.0, "factorizations": 0},
     ]);
     assert_eq!(serde_json::from_str::<Value>(&ladder::to_json(&rows)).unwrap(), expected);
     let markdown = ladder::to_markdown(&rows);

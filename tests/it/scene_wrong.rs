@@ -50,7 +50,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     // Shell.
     ("thickness = 1e-3 #", "thickness = §-0.001 #", "shell.thickness = -0.001: must be > 0 [m]"),
     ("youngs_modulus = 1e9", "youngs_modulus = §nan", "shell.youngs_modulus = nan: must be > 0 [Pa]"),
-    ("\npoissons_ratio = 0.3", "\npoissons_ratio = §0.5", "shell.poissons_ratio = 0.5: must be > -1 and < 0.5"),
+    ("poissons_ratio = 0.3\n", "poissons_ratio = §0.5\n", "shell.poissons_ratio = 0.5: must be > -1 and < 0.5"),
     ("density = 1000.0", "density = §0", "shell.density = 0: must be > 0 [kg/m3]"),
     ("viscosity = 0.01", "viscosity = §0", "shell.viscosity = 0: must be > 0 [s]"),
     ("thickness = 2e-3", "thickness = §0.0", "shell.region.0.thickness = 0.0: must be > 0 [m]"),
@@ -185,6 +185,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (", source = \"squares\" }", " }", "`source` and a limit, `least` or `most`, need each other"),
     ("name = \"left over\"", "name = §\"energy\"", "report.sweep.0.measures.1.name = \"energy\": a measure of this name comes before"),
     ("fit = { measure = \"energy\"", "fit = { measure = §\"work\"", "report.sweep.0.fit.measure = \"work\": is the name of no measure"),
+    ("lowest = \"left over\"", "lowest = §\"work\"", "report.sweep.0.fit.lowest = \"work\": is the name of no measure of the sweep"),
     ("kind = \"power\"", "kind = §\"line\"", "`line` is not a choice here"),
     ("exponent = 0.0", "exponent = §inf", "report.sweep.0.fit.expect.exponent = inf: must be finite"),
     ("tolerance = 0.1,", "tolerance = §-1,", "report.sweep.0.fit.expect.tolerance = -1: must be >= 0 [1]"),

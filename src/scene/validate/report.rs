@@ -181,6 +181,11 @@ fn sweep_key(at: &str, key: &str, values: &[SweepValue], logarithmic: Option<&Lo
 fn fit(key: &str, law: &Fit, table: &Sweep, values: &[SweepValue]) -> Check {
     let known = table.measures.iter().any(|measure| measure.name == law.measure);
     require(&format!("{key}.measure"), known, "is the name of no measure of the sweep")?;
+    if let Some(lowest) = &law.lowest {
+        let known = table.measures.iter().any(|measure| measure.name == *lowest);
+        require(&format!("{key}.lowest"), known, "is the name of no measure of the sweep")?;
+        require(&format!("{key}.lowest"), table.second.is_some(), "needs a second key, among whose runs it chooses")?;
+    }
     let numbers = values.len() > 1 && values.iter().all(|value| value.number().is_some_and(|number| number > 0.0));
     require(key, numbers, "needs two values of the key or more, numbers > 0 all of them")?;
     let Some(expected) = &law.expect else { return Ok(()) };

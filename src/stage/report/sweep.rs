@@ -126,12 +126,18 @@ fn json(value: &SweepValue) -> Value {
     }
 }
 
-/// The fitted law, for each value of the second key.
+/// The fitted law, for each value of the second key or through the runs that are chosen among them.
 fn fits(sweep: &scene::Sweep, rows: &[SweepRow]) -> Vec<SweepFit> {
     let Some(fit) = &sweep.fit else { return Vec::new() };
     let scene::FitKind::Power = fit.kind;
-    let place = sweep.measures.iter().position(|m| m.name == fit.measure).unwrap_or(0);
+    let place_of = |name: &str| sweep.measures.iter().position(|m| m.name == name).unwrap_or(0);
+    let place = place_of(&fit.measure);
     let expected = fit.expect.as_ref().map(|e| (e.exponent, e.tolerance, e.source.as_str()));
+    let law = |rows: &[&SweepRow], at| SweepFit::new(&fit.measure, place, rows, at, expected);
+    if let Some(name) = &fit.lowest {
+        let chosen = table::lowest(rows, place_of(name));
+        return vec![law(&chosen, Some(Value::from(format!("lowest {name}"))))];
+    }
     let mut seconds: Vec<Option<&Value>> = Vec::new();
     for row in rows {
         if !seconds.contains(&row.values.get(1)) {
@@ -140,7 +146,7 @@ fn fits(sweep: &scene::Sweep, rows: &[SweepRow]) -> Vec<SweepFit> {
     }
     let of = |second: &Option<&Value>| {
         let rows: Vec<&SweepRow> = rows.iter().filter(|row| row.values.get(1) == *second).collect();
-        SweepFit::new(&fit.measure, place, &rows, expected)
+        law(&rows, second.cloned())
     };
     seconds.iter().map(of).collect()
 }
