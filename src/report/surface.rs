@@ -19,7 +19,7 @@ pub struct Surface {
 }
 
 /// Faces that a surface should have at least, and pieces along each edge of a mesh's face that make them: so many that a smooth surface is
-/// met to the fourth order of a length well below the mesh's.
+/// met to the third order of a length well below the mesh's.
 const ENOUGH: f64 = 8000.0;
 const PIECES: [usize; 2] = [3, 8];
 
@@ -30,7 +30,7 @@ impl Surface {
     /// The image of the surface that a mesh's nodes at `nodes` [m] span: each face is cut into smaller ones, whose nodes are mapped.
     ///
     /// `nodes`: in the order of [`Mesh::nodes`], as many as those; faces are curved where the mesh has midpoints. With the identity for
-    /// `map` it is that surface; with another map the image up to an error of fourth order in the size of the pieces.
+    /// `map` it is that surface; with another map the image up to an error of third order in the size of the pieces.
     pub fn new(mesh: &Mesh, nodes: &[Vector3<f64>], map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Self {
         let topology = Topology::new(&mesh.faces);
         let pieces = (ENOUGH / mesh.faces.len().max(1) as f64).sqrt().ceil().clamp(PIECES[0] as f64, PIECES[1] as f64) as usize;

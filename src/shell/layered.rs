@@ -78,8 +78,8 @@ pub struct LayerMetric {
 /// Forms of least energy for layers (top, bottom) that would have the metrics `own` (top, bottom) each by itself, of a shell that may take any
 /// forms. `a0`: the initial metric [m2], in which strains are measured.
 ///
-/// Trace and deviator in `a0` separate, each with two equations for its parts of `abar` and `bbar`. Layers that differ in their moduli
-/// only by a common factor, of equal thickness, without slopes: `abar = (g+ + g-)/2`, `bbar = 3/(4h) (g- - g+)` (PHYSICS A3, `bilayer`).
+/// Trace and deviator in `a0` separate, each with two equations for its parts of `abar` and `bbar`. Layers of equal moduli and
+/// thickness, without slopes: `abar = (g+ + g-)/2`, `bbar = 3/(4h) (g- - g+)` (PHYSICS A3, `bilayer`).
 pub fn rest_forms(layers: &[Layer; 2], own: &[LayerMetric; 2], a0: [f64; 3]) -> Forms {
     let det = a0[0] * a0[2] - a0[1] * a0[1];
     let trace = |m: &[f64; 3]| (a0[2] * m[0] - 2.0 * a0[1] * m[1] + a0[0] * m[2]) / det;
