@@ -36,7 +36,8 @@ fn exponential_rest(s: f64) -> f64 {
 fn thickness_stretch(mu: f64, lambda: f64, log_d: f64) -> Option<f64> {
     let value = |s: f64| mu * s.exp_m1() + 0.5 * lambda * (log_d + s);
     // The function of s is convex, and where it grows Newton's method descends to its root from anywhere right of it.
-    let mut s = if lambda > 0.0 && log_d < 0.0 { (-0.5 * lambda / mu * log_d).ln_1p() } else { 0.0 };
+    // Far from it, it would do so by steps of one: without the slow second term of the sum the root is known.
+    let mut s = if lambda * log_d < 0.0 { (-0.5 * lambda / mu * log_d).ln_1p() } else { 0.0 };
     if lambda < 0.0 {
         let lowest = (-0.5 * lambda / mu).ln();
         if !(value(lowest) < 0.0) {
