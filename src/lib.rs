@@ -14,6 +14,7 @@
 //! | [`solve`] | Newton's method, descent, the way off unstable equilibria, step sizes |
 //! | [`shell`] | elements, hinges, rest forms, materials, the Koiter energy, mass |
 //! | [`load`] | forces on nodes |
+//! | [`moisture`] | diffusion of moisture and heat in layers of prisms over the faces |
 //! | [`mesh`] | triangles, generators, file import, quality |
 //! | [`sparse`] | potentials, pattern, assembly into slots, factorisation, lowest mode |
 //! | [`scene`] | what a scene file may say |
@@ -47,7 +48,7 @@
 //!
 //! # Known gaps
 //!
-//! Contact, diffusion of moisture, incompressible rubber, reactions, arc length and
+//! Contact, incompressible rubber, reactions, arc length and
 //! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
 //!
@@ -67,6 +68,7 @@ pub mod load;
 pub mod math;
 pub mod mesh;
 pub mod model;
+pub mod moisture;
 pub mod report;
 pub mod scene;
 pub mod shell;

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub enum Association {
     /// One entry per mesh node (vertices first, then any further nodes of the element).
     Node,
+    /// One entry per vertex.
+    Vertex,
     /// One entry per director of an edge (one per edge for the linear element).
     Director,
     /// One entry per face.

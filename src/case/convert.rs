@@ -172,6 +172,7 @@ fn field_place(on: FieldOn) -> &'static str {
 fn association_name(association: Association) -> &'static str {
     match association {
         Association::Node => "node",
+        Association::Vertex => "vertex",
         Association::Director => "director",
         Association::Face => "face",
         Association::Point => "point",
@@ -179,7 +180,8 @@ fn association_name(association: Association) -> &'static str {
 }
 
 fn association_named(name: &str) -> Option<Association> {
-    [Association::Node, Association::Director, Association::Face, Association::Point].into_iter().find(|a| association_name(*a) == name)
+    use Association::{Director, Face, Node, Point, Vertex};
+    [Node, Vertex, Director, Face, Point].into_iter().find(|a| association_name(*a) == name)
 }
 
 /// A list of names as one text.

@@ -13,13 +13,15 @@ use vtkio::model::{
     Vtk,
 };
 
-/// Cells of a surface: indices of points.
+/// Cells of a surface, or of the body of a shell: indices of points.
 #[derive(Clone, Copy, Debug)]
 pub enum Faces<'a> {
     /// Flat triangles.
     Linear(&'a [[usize; 3]]),
     /// Triangles of six nodes: the corners `v0 v1 v2`, then the middles of `v0 v1`, `v1 v2`, `v2 v0`.
     Quadratic(&'a [[usize; 6]]),
+    /// Prisms: a triangle, whose normal points out of the prism, then the one opposite to it, corner by corner.
+    Wedges(&'a [[usize; 6]]),
 }
 
 impl Faces<'_> {
@@ -27,21 +29,21 @@ impl Faces<'_> {
     pub fn extension(&self) -> &'static str {
         match self {
             Faces::Linear(_) => "vtp",
-            Faces::Quadratic(_) => "vtu",
+            Faces::Quadratic(_) | Faces::Wedges(_) => "vtu",
         }
     }
 
     fn len(&self) -> usize {
         match self {
             Faces::Linear(faces) => faces.len(),
-            Faces::Quadratic(faces) => faces.len(),
+            Faces::Quadratic(faces) | Faces::Wedges(faces) => faces.len(),
         }
     }
 
     fn numbers(&self) -> VertexNumbers {
         let (nodes, size): (&[usize], u64) = match self {
             Faces::Linear(faces) => (faces.as_flattened(), 3),
-            Faces::Quadratic(faces) => (faces.as_flattened(), 6),
+            Faces::Quadratic(faces) | Faces::Wedges(faces) => (faces.as_flattened(), 6),
         };
         VertexNumbers::XML {
             connectivity: nodes.iter().map(|v| *v as u64).collect(),
@@ -88,8 +90,9 @@ impl Surface<'_> {
         let (points, numbers) = (points.into(), self.faces.numbers());
         let data = match self.faces {
             Faces::Linear(_) => DataSet::inline(PolyDataPiece { points, polys: Some(numbers), data, ..Default::default() }),
-            Faces::Quadratic(faces) => {
-                let cells = Cells { cell_verts: numbers, types: vec![CellType::QuadraticTriangle; faces.len()] };
+            Faces::Quadratic(_) | Faces::Wedges(_) => {
+                let kind = if matches!(self.faces, Faces::Wedges(_)) { CellType::Wedge } else { CellType::QuadraticTriangle };
+                let cells = Cells { cell_verts: numbers, types: vec![kind; self.faces.len()] };
                 DataSet::inline(UnstructuredGridPiece { points, cells, data })
             }
         };

@@ -8,6 +8,8 @@ use nalgebra::Vector3;
 pub struct DeadLoad {
     /// Node and force [N].
     forces: Vec<(usize, Vector3<f64>)>,
+    /// Acceleration of weight [m/s2]; none for other forces.
+    acceleration: Option<Vector3<f64>>,
     factor: f64,
     /// Free numbers of each force's coordinates.
     numbers: Vec<[u32; 3]>,
@@ -16,13 +18,25 @@ pub struct DeadLoad {
 impl DeadLoad {
     /// `forces`: node and force [N]; forces on one node add up.
     pub fn new(forces: Vec<(usize, Vector3<f64>)>) -> Self {
-        DeadLoad { forces, factor: 1.0, numbers: Vec::new() }
+        DeadLoad { forces, acceleration: None, factor: 1.0, numbers: Vec::new() }
+    }
+
+    /// Weight of the masses that the nodes carry [kg] under an acceleration [m/s2].
+    pub fn weight(masses: &[f64], acceleration: Vector3<f64>) -> Self {
+        let forces = masses.iter().map(|mass| acceleration * *mass).enumerate().collect();
+        DeadLoad { acceleration: Some(acceleration), ..DeadLoad::new(forces) }
     }
 }
 
 impl super::Load for DeadLoad {
     fn set_factor(&mut self, factor: f64) {
         self.factor = factor;
+    }
+
+    fn set_masses(&mut self, masses: &[f64]) {
+        if let Some(acceleration) = self.acceleration {
+            self.forces.iter_mut().for_each(|(node, force)| *force = acceleration * masses[*node]);
+        }
     }
 }
 

@@ -15,4 +15,7 @@ pub use pressure::Pressure;
 pub trait Load: crate::sparse::Potential {
     /// Sets the factor on all of the load.
     fn set_factor(&mut self, factor: f64);
+
+    /// Sets the mass that each node carries [kg]; weight follows it, other loads do not.
+    fn set_masses(&mut self, _masses: &[f64]) {}
 }

@@ -4,6 +4,8 @@
 
 mod rest_driver;
 mod shell_model;
+mod transport;
 
 pub use rest_driver::{Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport};
+pub use transport::{FollowingMass, Profile, Transport};

@@ -1,6 +1,7 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
 use super::rest_driver::RestDriver;
+use super::transport::{FollowingMass, Transport};
 use crate::error::{Error, Result};
 use crate::load::Load;
 use crate::shell::rest::Forms;
@@ -45,6 +46,10 @@ pub struct Parts {
     pub loads: Vec<AppliedLoad>,
     /// Growth; absent when the rest shape is the initial one.
     pub rest: Option<RestDriver>,
+    /// What diffuses; none for most shells.
+    pub transports: Vec<Transport>,
+    /// Mass that follows what diffuses; absent where it stays.
+    pub following_mass: Option<FollowingMass>,
     /// Forms of the initial shape, per integration point.
     pub initial_forms: Vec<Forms>,
     /// Supports.
@@ -107,7 +112,7 @@ impl ShellModel {
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
         let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
         let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, keeps_mode: false };
-        model.set_rest(0.0).map_err(|e| Error::input("rest", e))?;
+        model.follow(0.0).map_err(|(place, reason)| Error::input(place, reason))?;
         model.parts.shell.restart(&model.x);
         Ok(model)
     }
@@ -157,12 +162,29 @@ impl ShellModel {
         &self.x
     }
 
-    /// Sets the rest forms of a time, if they change or were never set.
-    fn set_rest(&mut self, time: f64) -> Result<(), String> {
-        let Some(driver) = &mut self.parts.rest else { return Ok(()) };
-        if driver.changes() || !self.rest_is_set {
-            self.parts.shell.set_rest(&driver.forms(time)?);
-            self.rest_is_set = true;
+    /// Sets what follows time and what diffuses: stiffness, mass, and the rest forms if they change or were never set. Errors: the table that
+    /// asks for the impossible, and why.
+    fn follow(&mut self, time: f64) -> Result<(), (&'static str, String)> {
+        let parts = &mut self.parts;
+        let softened = parts.transports.iter().any(|transport| transport.stiffness.is_some());
+        if softened {
+            parts.shell.set_stiffness(stiffness(&parts.transports)?);
+        }
+        if let Some(following) = &parts.following_mass {
+            let factors = following.factors(&parts.transports).map_err(|e| ("moisture.added_density", e))?;
+            if let Some(inertia) = &mut parts.inertia {
+                inertia.set_factors(&factors);
+            }
+            let masses = following.node_masses(&factors);
+            parts.loads.iter_mut().for_each(|load| load.potential.set_masses(&masses));
+        }
+        match &mut parts.rest {
+            Some(driver) if softened || driver.changes() || !self.rest_is_set => {
+                parts.shell.set_rest(&driver.forms(time).map_err(|e| ("rest", e))?);
+                self.rest_is_set = true;
+            }
+            None if softened => parts.shell.set_rest(&parts.initial_forms),
+            _ => {}
         }
         Ok(())
     }
@@ -206,13 +228,15 @@ impl ShellModel {
     /// Advances to `time`, by a step of size `dt`. On failure the model is as it was.
     pub fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
         let (x, lagged, directors) = (self.x.clone(), self.parts.shell.lagged(), self.parts.shell.directors().to_vec());
+        let diffused: Vec<_> = self.parts.transports.iter().map(Transport::state).collect();
         let outcome = self.try_advance(dt, time);
         if outcome.is_err() {
             self.x = x;
             self.parts.shell.set_lagged(&lagged);
             self.parts.shell.set_directors(&directors);
-            // The forms of the present time held when it was accepted, so they cannot fail now.
-            let _ = self.set_rest(self.time);
+            self.parts.transports.iter_mut().zip(diffused).for_each(|(transport, state)| transport.set_state(state));
+            // What follows held at the present time when that was accepted, so it cannot fail now.
+            let _ = self.follow(self.time);
             self.set_loads(self.time);
         }
         outcome
@@ -220,7 +244,11 @@ impl ShellModel {
 
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
         let targets = self.prescribed(time)?;
-        self.set_rest(time).map_err(|reason| StepFailure::Input { place: "rest", reason: format!("{reason} (at t = {time} s)") })?;
+        let impossible = |place, reason| StepFailure::Input { place, reason: format!("{reason} (at t = {time} s)") };
+        for transport in &mut self.parts.transports {
+            transport.advance(self.time, time, &self.x).map_err(|reason| impossible(transport.table, reason))?;
+        }
+        self.follow(time).map_err(|(place, reason)| impossible(place, reason))?;
         self.set_loads(time);
         let before = self.x.clone();
         self.parts.shell.start_step(&before, dt);
@@ -282,6 +310,11 @@ impl ShellModel {
         energies
     }
 
+    /// What diffuses.
+    pub fn transports(&self) -> &[Transport] {
+        &self.parts.transports
+    }
+
     /// Linear momentum [kg m/s], in motion.
     pub fn momentum(&self) -> Option<Vector3<f64>> {
         self.parts.inertia.as_ref().map(|inertia| inertia.momentum(&self.v))
@@ -317,7 +350,9 @@ impl ShellModel {
         ];
         let switches = self.leaves_unstable().then_some(("branch_switches", counters.branch_switches));
         let numbers = numbers.into_iter().chain(switches).map(|(name, value)| (name.to_string(), value as f64)).collect();
-        Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers }
+        let mut snapshot = Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers };
+        self.parts.transports.iter().for_each(|transport| transport.put(&mut snapshot));
+        snapshot
     }
 
     /// Puts a state back. Errors: a field that is missing or of another size.
@@ -353,10 +388,30 @@ impl ShellModel {
             factorizations: count("factorizations"),
             branch_switches: count("branch_switches"),
         });
-        self.set_rest(self.time)?;
+        self.parts.transports.iter_mut().try_for_each(|transport| transport.take(snapshot))?;
+        self.follow(self.time).map_err(|(_, reason)| reason)?;
         self.set_loads(self.time);
         Ok(())
     }
+}
+
+/// Factors on the stiffness of the faces by what diffuses. Errors: the table, and the face where a factor is not positive.
+fn stiffness(transports: &[Transport]) -> Result<Vec<f64>, (&'static str, String)> {
+    let mut factors = Vec::new();
+    for transport in transports {
+        let Some(factor) = &transport.stiffness else { continue };
+        let means = transport.profile.face_means();
+        factors.resize(means.len(), 1.0);
+        for (face, (product, u)) in factors.iter_mut().zip(means).enumerate() {
+            let f = factor(u);
+            if !(f.is_finite() && f > 0.0) {
+                let (name, unit) = (transport.name, transport.unit);
+                return Err((transport.table, format!("face {face}: the factor on the stiffness is {f} at a {name} of {u} {unit}")));
+            }
+            *product *= f;
+        }
+    }
+    Ok(factors)
 }
 
 /// The potentials of a model, in the order in which they are added.

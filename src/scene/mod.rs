@@ -3,6 +3,7 @@
 //! A [`Scene`] is what the user said, with defaults filled in and ranges checked; `stage` makes objects from it. Nothing here computes.
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
+mod diffusion;
 mod ladder;
 mod load;
 mod machine_direction;
@@ -25,6 +26,7 @@ use crate::math::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use diffusion::{Boundary, Diffusion, DiffusionMass, DiffusionRegion, Diffusivity, Exchange, Scheme, Seen, Side, Spacing};
 pub use ladder::{Ladder, LadderExpectation, LadderMesh};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
@@ -36,7 +38,9 @@ pub use mesh::{
 };
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Report};
-pub use rest::{Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Pullback, Rest, Sampling, Shape, Surface};
+pub use rest::{
+    Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Profile, Pullback, Rest, Sampling, Shape, Surface, Thermal,
+};
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
@@ -49,6 +53,12 @@ pub const TIME: &[&str] = &["t"];
 pub const PLACE: &[&str] = &["x", "y", "z", "r", "theta"];
 /// Variables of an expression of place and time.
 pub const PLACE_AND_TIME: &[&str] = &["x", "y", "z", "r", "theta", "t"];
+/// Variables of an expression of a place in the body: besides those of place zeta, from -1 at the bottom to 1 at the top.
+pub const BODY: &[&str] = &["x", "y", "z", "r", "theta", "zeta"];
+/// Variables of an expression of a place in the body and of time.
+pub const BODY_AND_TIME: &[&str] = &["x", "y", "z", "r", "theta", "zeta", "t"];
+/// Variable of an expression of moisture or temperature.
+pub const DIFFUSED: &[&str] = &["u"];
 /// Variables of an expression of the place in the xy plane.
 pub const PLANE: &[&str] = &["x", "y", "r", "theta"];
 /// Variables of an expression of the place in the xy plane and of time.
@@ -137,6 +147,12 @@ pub struct Scene {
     /// The rest shape. Absent: the initial shape is the rest shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<Rest>,
+    /// Moisture that diffuses through the shell. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moisture: Option<Diffusion>,
+    /// Heat that diffuses through the shell. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heat: Option<Diffusion>,
     /// Gravity. Absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Gravity>,
@@ -170,4 +186,26 @@ pub struct Scene {
     /// What the scene expects of its own result, and its table of error against run time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub report: Option<Report>,
+}
+
+impl Scene {
+    /// Whether `t` is a time in seconds, in motion or through equilibria that follow a process, and not a load factor.
+    pub fn runs_in_time(&self) -> bool {
+        self.statics.as_ref().is_none_or(|statics| statics.end.is_some())
+    }
+
+    /// End of the run: time [s], or a load factor of 1.
+    pub fn end(&self) -> f64 {
+        match (&self.statics, &self.dynamics) {
+            (Some(statics), _) => statics.end.unwrap_or(1.0),
+            (None, Some(dynamics)) => dynamics.end,
+            (None, None) => 0.0,
+        }
+    }
+
+    /// The quantities that diffuse: table, name of the quantity and unit.
+    pub fn diffusing(&self) -> impl Iterator<Item = (&'static str, &'static str, &'static str, &Diffusion)> {
+        let moisture = self.moisture.iter().map(|table| ("moisture", "moisture", "%", table));
+        moisture.chain(self.heat.iter().map(|table| ("heat", "temperature", "K", table)))
+    }
 }

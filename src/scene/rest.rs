@@ -58,6 +58,9 @@ pub struct Rest {
     /// Swelling of two layers of the shell, each as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bilayer: Option<Bilayer>,
+    /// Expansion by heat.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal: Option<Thermal>,
     /// Tensors that are added, so that the initial shape is under stress.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prestress: Option<Prestress>,
@@ -183,15 +186,21 @@ pub struct Orthotropic {
     pub angle: Option<Scalar>,
 }
 
-/// Law `linear`: `gbar+- = (1 + m+- mu)^2 (a0 -+ h b0)`, `h` the thickness, + the top (the side of the normal), - the bottom.
+/// Law `linear`: `gbar+- = (1 + m+- mu)^2 (a0 -+ h b0)`, `h` the thickness, + the top (the side of the normal), - the bottom. Moisture that diffuses
+/// (`[moisture]`) takes the place of `m_plus` and `m_minus`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Linear {
     /// Additional moisture at the top, percent of what the material holds at the start: -100 is bone dry, 100 twice as moist. Of x, y, z, r,
-    /// theta, t.
-    pub m_plus: Expr,
+    /// theta, t. Needed without `[moisture]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub m_plus: Option<Expr>,
     /// The same at the bottom.
-    pub m_minus: Expr,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub m_minus: Option<Expr>,
+    /// What of the moisture that diffuses counts. `[moisture]` only. Default: `moments`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Profile>,
     /// Relative change of length per percent of `m_plus` and `m_minus`; along the fibres if `mu_perp` is there.
     pub mu: f64,
     /// The same across the fibres. Needs `[machine-direction]`.
@@ -201,18 +210,47 @@ pub struct Linear {
 
 /// Law `bilayer`: `gbar+- = (1 + m+- mu+-)^2 (a0 -+ 2/3 h b0)`: the top and the bottom half of the shell swell as a whole. Where
 /// `bilayer` of `[shell]` or `[[shell.region]]` makes layers of their own thickness and moduli, these swell, and the forms are those of least energy.
+/// Moisture that diffuses (`[moisture]`) takes the place of `m_plus` and `m_minus`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bilayer {
-    /// Additional moisture of the top layer [%], of x, y, z, r, theta, t.
-    pub m_plus: Expr,
+    /// Additional moisture of the top layer [%], of x, y, z, r, theta, t. Needed without `[moisture]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub m_plus: Option<Expr>,
     /// Additional moisture of the bottom layer [%].
-    pub m_minus: Expr,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub m_minus: Option<Expr>,
+    /// What of the moisture that diffuses counts. `[moisture]` only. Default: `moments`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Profile>,
     /// Relative change of length per percent: top layer, bottom layer; along the fibres if `mu_perp` is there.
     pub mu: [f64; 2],
     /// The same across the fibres. Needs `[machine-direction]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mu_perp: Option<[f64; 2]>,
+}
+
+/// What a law makes of the moisture that varies through the thickness.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Profile {
+    /// All of it: each height swells by its own moisture, and the forms are those of the linear metric nearest to theirs.
+    #[default]
+    Moments,
+    /// Its values at the top and the bottom alone, put into the law as it stands: what one layer of prisms knows.
+    Sides,
+}
+
+/// Law `thermal`: each height expands by its own temperature, lengths by `1 + expansion u`, and the forms are those of the linear metric nearest
+/// to theirs; needs `[heat]`. A temperature that is the same at all heights makes growth alike at all of them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Thermal {
+    /// Relative change of length per kelvin [1/K], negative for what shrinks; along the fibres if `expansion_perp` is there.
+    pub expansion: f64,
+    /// The same across the fibres. Needs `[machine-direction]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expansion_perp: Option<f64>,
 }
 
 /// Law `prestress`: `abar = times a + plus_a`, `bbar = b + plus_b`, of the forms that the laws before it make.

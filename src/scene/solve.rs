@@ -3,13 +3,17 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Equilibrium, the load factor `t` going from 0 to 1.
+/// Equilibrium, the load factor `t` going from 0 to 1; with `end`, equilibria one after the other while a process goes on, `t` being time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Statics {
-    /// Load steps, 1 to 100000; a step that fails is halved.
+    /// Steps, 1 to 100000; one that fails is halved.
     #[serde(default = "default_steps")]
     pub steps: usize,
+    /// End of the process that the equilibria follow [s], > 0. Loads and rest laws are then in force from the start, as in motion, unless they say
+    /// otherwise. Absent: load steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
     /// Leave equilibria that are unstable: after each step the lowest mode of the Hessian is found, and where its eigenvalue is negative the
     /// shell is moved along it and flows down to a minimum. Adds `branch_switches`, `lowest_eigenvalue` and `lowest_eigenvalue_before` to the
     /// history, the latter two in N/m3 (pressure per displacement by the mode), of the equilibrium kept and of the first one found in the step.

@@ -2,6 +2,7 @@
 //!
 //! What depends on the mesh (whether a region exists, whether it has faces) is not checked here.
 
+mod diffusion;
 mod report;
 mod rest;
 
@@ -75,7 +76,8 @@ pub(super) fn scene(scene: &Scene) -> Check {
     time(scene)?;
     shell(scene)?;
     scene.machine_direction.as_ref().map_or(Ok(()), rest::machine_direction)?;
-    scene.rest.as_ref().map_or(Ok(()), |table| rest::rest(table, scene.machine_direction.is_some()))?;
+    scene.rest.as_ref().map_or(Ok(()), |table| rest::rest(table, scene))?;
+    diffusion::diffusing(scene)?;
     if let Some(gravity) = &scene.gravity {
         finite("gravity.acceleration", &gravity.acceleration, "m/s2")?;
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
@@ -315,6 +317,7 @@ fn time(scene: &Scene) -> Check {
 
 fn statics(statics: &Statics, scene: &Scene) -> Check {
     within("statics.steps", statics.steps, 1..=100_000)?;
+    positive_or_absent("statics.end", statics.end, "s")?;
     let energies = !statics.stable || scene.moments.is_empty();
     require("statics.stable", energies, "needs an energy to tell stable states by, which a [[moment]] has not")?;
     let Some(perturbation) = &statics.perturbation else { return Ok(()) };
@@ -326,7 +329,7 @@ fn statics(statics: &Statics, scene: &Scene) -> Check {
 /// Steps and output times are so few that the time grows by each of them.
 fn count_of_steps(scene: &Scene) -> Check {
     positive_or_absent("output.interval", scene.output.interval, "s")?;
-    let end = scene.dynamics.as_ref().map_or(1.0, |table| table.end);
+    let end = scene.end();
     for (key, length) in [("dynamics.dt", scene.dynamics.as_ref().map(|table| table.dt)), ("output.interval", scene.output.interval)] {
         let count = length.map_or(0.0, |length| end / length);
         require(key, count <= MOST_STEPS, format!("makes {count:e} steps to the end at {end:e} s, must be at most {MOST_STEPS:e}"))?;

@@ -30,6 +30,8 @@ pub trait Shell: Potential {
     fn set_lagged(&mut self, lagged: &[f64]);
     /// Rest forms, one per point.
     fn set_rest(&mut self, rest: &[Forms]);
+    /// Sets the factors on the stiffness of the faces, > 0, one each (none at all: 1); in force from the next [`Shell::set_rest`] on.
+    fn set_stiffness(&mut self, factors: Vec<f64>);
     /// Remembers the forms at `x`, the start of a step of size `dt` [s], for damping. Nothing without viscosity.
     fn start_step(&mut self, x: &[f64], dt: f64);
     /// Forms at `x`, one per point.
@@ -55,6 +57,8 @@ pub struct Koiter<E, const N: usize, const P: usize, L = Uncoupled> {
     element: E,
     scatter: Scatter<N>,
     law: L,
+    /// Factors on the stiffness of the faces; empty for 1.
+    stiffness: Vec<f64>,
     lagged: Vec<Strain>,
     /// Directors and lagged stresses to put back when an iteration fails.
     saved: (Vec<Vector3<f64>>, Vec<Strain>),
@@ -92,6 +96,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
         Koiter {
             scatter: unbound,
             law: L::new(materials, constitutions, points),
+            stiffness: Vec::new(),
             lagged: vec![[0.0; 6]; points],
             saved: Default::default(),
             damping: viscosity.map(|viscosity| Damping { viscosity, ratio: 0.0, start: vec![[0.0; 6]; points] }),
@@ -408,8 +413,13 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Shell fo
         for (point, forms) in rest.iter().enumerate() {
             let (face, k) = (point / P, point % P);
             let [a, b] = [forms.a, forms.b];
-            self.law.set_rest(face, point, &[a[0], a[1], a[2], b[0], b[1], b[2]], E::WEIGHTS[k]);
+            let weight = E::WEIGHTS[k] * self.stiffness.get(face).copied().unwrap_or(1.0);
+            self.law.set_rest(face, point, &[a[0], a[1], a[2], b[0], b[1], b[2]], weight);
         }
+    }
+
+    fn set_stiffness(&mut self, factors: Vec<f64>) {
+        self.stiffness = factors;
     }
 
     fn start_step(&mut self, x: &[f64], dt: f64) {

@@ -30,6 +30,16 @@ pub struct PointFields {
     pub bending_energy_density: f64,
 }
 
+impl PointFields {
+    /// Multiplies what goes with the stiffness by a factor on it.
+    pub fn soften(&mut self, factor: f64) {
+        self.membrane_stress *= factor;
+        self.bending_moment *= factor;
+        self.membrane_energy_density *= factor;
+        self.bending_energy_density *= factor;
+    }
+}
+
 /// Eigenvalues, larger first, and unit eigenvectors of a symmetric 2x2 matrix.
 fn eigen(m: &Matrix2<f64>) -> ([f64; 2], [Vector2<f64>; 2]) {
     let (mean, half, off) = (0.5 * (m[(0, 0)] + m[(1, 1)]), 0.5 * (m[(0, 0)] - m[(1, 1)]), 0.5 * (m[(0, 1)] + m[(1, 0)]));

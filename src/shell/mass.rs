@@ -1,7 +1,8 @@
 //! Inertia of a shell (seed A, section 3; PHYSICS A2, A4).
 //!
-//! Mass is that of the rest forms at the start, `h rho sqrt(det abar)`, and is conserved while the shell swells. It is integrated with
-//! the element's shape functions. Time integration enters only as the predictor that a step starts from.
+//! Mass is that of the rest forms at the start, `h rho sqrt(det abar)`, and is conserved while the shell swells, but for factors on the faces by
+//! which it follows moisture: what is added comes with the velocity that the shell has there, so it brings momentum and calls forth no force;
+//! what leaves takes its momentum along. It is integrated with the element's shape functions. Time integration enters only as the predictor that a step starts from.
 
 use super::quadratic_shape::{linear, shape};
 use crate::math::quadrature::RADON;
@@ -58,6 +59,8 @@ pub struct Inertia<const K: usize, const N: usize> {
     nodes: Vec<[usize; K]>,
     /// Mass matrix of each face [kg].
     matrices: Vec<[[f64; K]; K]>,
+    /// The same without factors, once there are any.
+    start: Vec<[[f64; K]; K]>,
     scatter: Scatter<N>,
     predicted: Vec<f64>,
     dt: f64,
@@ -67,7 +70,7 @@ impl<const K: usize, const N: usize> Inertia<K, N> {
     /// `nodes`: of each face. `matrices`: mass matrix [kg] of each face.
     pub fn new(nodes: Vec<[usize; K]>, matrices: Vec<[[f64; K]; K]>) -> Self {
         let scatter = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
-        Inertia { nodes, matrices, scatter, predicted: Vec::new(), dt: 1.0 }
+        Inertia { nodes, matrices, start: Vec::new(), scatter, predicted: Vec::new(), dt: 1.0 }
     }
 
     fn stencil(nodes: &[usize; K]) -> [usize; N] {
@@ -101,6 +104,9 @@ pub trait Inertial: Potential {
     /// Starts a step of size `dt` [s] from positions `x` [m] and velocities `v` [m/s] (both over the coordinates, other unknowns ignored).
     fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64);
 
+    /// Sets the factors on the masses of the faces that they had at the start, > 0.
+    fn set_factors(&mut self, factors: &[f64]);
+
     /// Kinetic energy [J] of velocities `v`.
     fn kinetic_energy(&self, v: &[f64]) -> f64;
 
@@ -113,6 +119,15 @@ impl<const K: usize, const N: usize> Inertial for Inertia<K, N> {
         self.predicted.clear();
         self.predicted.extend(x.iter().zip(v).map(|(x, v)| x + dt * v));
         self.dt = dt;
+    }
+
+    fn set_factors(&mut self, factors: &[f64]) {
+        if self.start.is_empty() {
+            self.start = self.matrices.clone();
+        }
+        for ((matrix, start), factor) in self.matrices.iter_mut().zip(&self.start).zip(factors) {
+            *matrix = start.map(|row| row.map(|mass| factor * mass));
+        }
     }
 
     fn kinetic_energy(&self, v: &[f64]) -> f64 {

@@ -2,6 +2,7 @@
 //!
 //! An absent table becomes no object. What does not change during a run is made once by `setup` and kept in [`Setup`].
 
+use super::diffusion;
 use super::loads;
 use super::rest;
 use super::setup::{Held, Setup};
@@ -9,7 +10,7 @@ use super::supports;
 use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
-use crate::model::{HeldUnknown, Motion, Parts, ShellModel};
+use crate::model::{FollowingMass, HeldUnknown, Motion, Parts, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
 use crate::shell::{Director, Inertia, Inertial, LinearAverage, LinearFree, MassKind, Measure, QuadraticFree, Shell, koiter};
 use nalgebra::Vector3;
@@ -82,10 +83,11 @@ pub fn shell(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
     }
 }
 
-/// Nodes and mass matrices of all faces, and the mass that each node carries [kg].
+/// Nodes and mass matrices of all faces, the mass that each node carries [kg], and the shares of each face in it.
 struct Masses {
     inertia: Box<dyn Inertial>,
     nodes: Vec<f64>,
+    shares: Vec<Vec<(usize, f64)>>,
 }
 
 /// Masses by thickness, density and rest area at the start; none where the scene has no density.
@@ -101,12 +103,12 @@ fn masses(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Opt
 /// Masses of faces with these masses per rest area at the start [kg/m2].
 fn masses_of(kind: MassKind, per_area: &[f64], scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Masses {
     let root = |a: [f64; 3]| (a[0] * a[2] - a[1] * a[1]).sqrt();
-    let mut nodes = vec![0.0; mesh.vertices.len() + mesh.midpoints.len()];
+    let count = mesh.vertices.len() + mesh.midpoints.len();
     match scene.shell.element {
         scene::Element::Linear => {
             let matrices: Vec<_> = per_area.iter().zip(&setup.rest_forms).map(|(m, f)| kind.linear(0.5 * m * root(f.a))).collect();
-            carry(&mut nodes, &mesh.faces, &matrices);
-            Masses { inertia: Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), matrices)), nodes }
+            let shares = shares(&mesh.faces, &matrices);
+            Masses { inertia: Box::new(Inertia::<3, 9>::new(mesh.faces.clone(), matrices)), nodes: carried(count, &shares), shares }
         }
         scene::Element::Quadratic => {
             let matrices: Vec<_> = per_area
@@ -115,21 +117,28 @@ fn masses_of(kind: MassKind, per_area: &[f64], scene: &Scene, mesh: &Mesh, topol
                 .map(|(m, f)| kind.quadratic(std::array::from_fn(|k| m * root(f[k].a))))
                 .collect();
             let faces: Vec<[usize; 6]> = (0..mesh.faces.len()).map(|f| loads::six_nodes(mesh, topology, f)).collect();
-            carry(&mut nodes, &faces, &matrices);
-            Masses { inertia: Box::new(Inertia::<6, 18>::new(faces, matrices)), nodes }
+            let shares = shares(&faces, &matrices);
+            Masses { inertia: Box::new(Inertia::<6, 18>::new(faces, matrices)), nodes: carried(count, &shares), shares }
         }
     }
 }
 
-/// Adds to each node the mass that its shape function carries: the row sums.
-fn carry<const K: usize>(nodes: &mut [f64], faces: &[[usize; K]], matrices: &[[[f64; K]; K]]) {
-    for (face, matrix) in faces.iter().zip(matrices) {
-        face.iter().zip(matrix).for_each(|(node, row)| nodes[*node] += row.iter().sum::<f64>());
-    }
+/// The mass of each face that its nodes carry by their shape functions: the row sums.
+fn shares<const K: usize>(faces: &[[usize; K]], matrices: &[[[f64; K]; K]]) -> Vec<Vec<(usize, f64)>> {
+    let of = |(face, matrix): (&[usize; K], &[[f64; K]; K])| face.iter().copied().zip(matrix.iter().map(|row| row.iter().sum())).collect();
+    faces.iter().zip(matrices).map(of).collect()
+}
+
+/// Mass that each of `count` nodes carries [kg].
+fn carried(count: usize, shares: &[Vec<(usize, f64)>]) -> Vec<f64> {
+    let mut nodes = vec![0.0; count];
+    shares.iter().flatten().for_each(|(node, mass)| nodes[*node] += mass);
+    nodes
 }
 
 /// The whole model at its start.
 pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<ShellModel> {
+    let profiles = diffusion::profiles(scene, mesh)?;
     let masses = masses(scene, mesh, topology, setup);
     let positions = mesh.nodes();
     let loads = loads::build(scene, mesh, topology, masses.as_ref().map_or(&[], |m| &m.nodes))?;
@@ -141,11 +150,19 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
             Ok(HeldUnknown { unknown: h.unknown, start, motion: motion(scene, mesh, topology, &positions, h)? })
         })
         .collect::<Result<Vec<_>>>()?;
+    let follows = scene.moisture.as_ref().is_some_and(|table| table.added_density.is_some());
+    let following_mass = masses.as_ref().filter(|_| follows).map(|masses| FollowingMass {
+        densities: setup.densities.clone(),
+        carried: masses.shares.clone(),
+        nodes: masses.nodes.len(),
+    });
     let parts = Parts {
         shell: shell(scene, mesh, topology, setup),
+        transports: diffusion::transports(scene, mesh, topology, setup, &profiles)?,
+        following_mass,
         inertia: if scene.dynamics.is_some() { masses.map(|m| m.inertia) } else { None },
         loads,
-        rest: rest::driver(scene, mesh, topology, setup)?,
+        rest: rest::driver(scene, mesh, topology, setup, &profiles)?,
         initial_forms: setup.initial_forms.clone(),
         held,
         velocities: velocities(scene, &positions)?,

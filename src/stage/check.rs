@@ -3,7 +3,7 @@
 use super::{Job, mesh as mesh_stage, print, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
-use crate::scene::{Composition, FlattenOnto, Lame, MachineDirection, Material, MeshTable, PinDirector, Rest, Scene, Shell};
+use crate::scene::{Composition, Diffusion, FlattenOnto, Lame, MachineDirection, Material, MeshTable, PinDirector, Rest, Scene, Shell};
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -40,6 +40,7 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if let Some(rest) = &scene.rest {
         parts.push(("rest", rest_laws(rest)));
     }
+    parts.extend(scene.diffusing().map(|(table, _, _, said)| (table, diffusion(said))));
     if let Some(gravity) = &scene.gravity {
         let [x, y, z] = gravity.acceleration;
         parts.push(("gravity", format!("({x}, {y}, {z}) m/s2")));
@@ -75,7 +76,9 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if let Some(statics) = &scene.statics {
         let stable = if statics.stable { ", unstable states are left" } else { "" };
         let disturbed = statics.perturbation.as_ref().map_or(String::new(), |p| format!(", disturbed by {} m", p.amplitude));
-        parts.push(("statics", format!("{} load steps{stable}{disturbed}", statics.steps)));
+        let steps =
+            statics.end.map_or_else(|| format!("{} load steps", statics.steps), |end| format!("{} steps to {end} s", statics.steps));
+        parts.push(("statics", format!("{steps}{stable}{disturbed}")));
     }
     if let Some(dynamics) = &scene.dynamics {
         parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));
@@ -92,6 +95,30 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ));
     }
     parts
+}
+
+fn diffusion(table: &Diffusion) -> String {
+    let layers = table.levels.as_ref().map_or(table.layers, |levels| levels.len() - 1);
+    let sides: Vec<String> = table
+        .boundaries
+        .iter()
+        .map(|b| {
+            let kind = if b.value.is_some() {
+                "given"
+            } else if b.flux.is_some() {
+                "flux"
+            } else {
+                "exchange"
+            };
+            let region = b.region.as_ref().map_or(String::new(), |name| format!(" of {name}"));
+            format!(", {kind} at the {}{region}", format!("{:?}", b.side).to_lowercase())
+        })
+        .collect();
+    let sides = if sides.is_empty() { ", sealed".to_owned() } else { sides.concat() };
+    let effects =
+        [("softens", table.stiffness.is_some()), ("adds mass", table.added_density.is_some()), ("has a source", table.source.is_some())];
+    let effects: String = effects.iter().filter(|(_, there)| *there).map(|(name, _)| format!(", {name}")).collect();
+    format!("{layers} layers{sides}{effects}")
 }
 
 /// What became of a mesh that was flattened.
@@ -117,6 +144,7 @@ fn rest_laws(rest: &Rest) -> String {
         ("orthotropic", rest.orthotropic.is_some()),
         ("linear", rest.linear.is_some()),
         ("bilayer", rest.bilayer.is_some()),
+        ("thermal", rest.thermal.is_some()),
         ("prestress", rest.prestress.is_some()),
     ];
     let names: Vec<&str> = laws.iter().filter(|(_, there)| *there).map(|(name, _)| *name).collect();

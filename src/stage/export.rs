@@ -33,6 +33,7 @@ pub fn run(job: &Job) -> Result<()> {
     let curved = if mesh.midpoints.is_empty() { Vec::new() } else { mesh.six_node_faces() };
     let faces = if curved.is_empty() { vtk::Faces::Linear(&mesh.faces) } else { vtk::Faces::Quadratic(&curved) };
     let (mut files, mut director_files, mut units) = (Vec::new(), Vec::new(), BTreeMap::new());
+    let mut prism_files: BTreeMap<&str, Vec<(f64, String)>> = BTreeMap::new();
     for step in steps {
         let snapshot = match folder.read(step) {
             Ok(snapshot) => snapshot,
@@ -55,6 +56,15 @@ pub fn run(job: &Job) -> Result<()> {
             surface.write(&vtk_folder.join(&name))?;
             director_files.push((snapshot.time, name));
         }
+        for (_, quantity, unit, _) in job.scene.diffusing().filter(|(.., said)| said.prisms) {
+            let Some((points, wedges, values)) = fields.prisms(&state, quantity) else { continue };
+            let name = format!("{quantity}_prisms_{step:08}.vtu");
+            let field = Field { name: quantity.into(), association: Association::Node, components: 1, unit: unit.into(), data: values };
+            let body = vtk::Surface { points: &points, faces: vtk::Faces::Wedges(&wedges), point_data: vec![field], cell_data: Vec::new() };
+            body.write(&vtk_folder.join(&name))?;
+            units.insert(quantity.to_owned(), unit.to_owned());
+            prism_files.entry(quantity).or_default().push((snapshot.time, name));
+        }
         let name = format!("step_{step:08}.{}", faces.extension());
         vtk::Surface { points: &state.points, faces, point_data: state.point_data, cell_data: state.cell_data }
             .write(&vtk_folder.join(&name))?;
@@ -64,12 +74,16 @@ pub fn run(job: &Job) -> Result<()> {
     if job.scene.flatten.is_some() {
         units.extend([(conformal::FACTOR.to_owned(), "1".to_owned()), (conformal::POSITION.to_owned(), "m".to_owned())]);
     }
-    units.insert("time".into(), if job.scene.statics.is_some() { "1" } else { "s" }.into());
+    units.insert("time".into(), if job.scene.runs_in_time() { "s" } else { "1" }.into());
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
-    let kept: Vec<&str> = files.iter().chain(&director_files).map(|(_, name)| name.as_str()).collect();
+    let kept: Vec<&str> =
+        files.iter().chain(&director_files).chain(prism_files.values().flatten()).map(|(_, name)| name.as_str()).collect();
     remove_leftovers(&vtk_folder, &kept)?;
     if !director_files.is_empty() {
         vtk::write_series(&vtk_folder.join("directors.pvd"), &director_files)?;
+    }
+    for (quantity, files) in &prism_files {
+        vtk::write_series(&vtk_folder.join(format!("{quantity}_prisms.pvd")), files)?;
     }
     vtk::write_series(&series, &files)?;
     job.say(&format!("{}: {} states", series.display(), files.len()));
@@ -102,7 +116,7 @@ fn remove_leftovers(folder: &std::path::Path, kept: &[&str]) -> Result<()> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
     for entry in entries.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let ours = name.starts_with("step_") || name.starts_with("directors");
+        let ours = ["step_", "directors", "moisture_prisms", "temperature_prisms"].iter().any(|start| name.starts_with(start));
         let written = [".vtp", ".vtu", ".pvd"].iter().any(|ending| name.ends_with(ending));
         if ours && written && !kept.contains(&name.as_str()) {
             std::fs::remove_file(entry.path()).map_err(|e| Error::io("remove", &entry.path(), e))?;

@@ -1,13 +1,15 @@
 //! The fields of a state that are exported and reported: computed from a snapshot, never stored in checkpoints.
 
 use super::build;
+use super::diffusion::{self, Profiles};
 use super::rest;
 use super::setup::Setup;
 use crate::error::{Error, Result};
+use crate::math::Expression;
 use crate::math::quadrature::GAUSS_2;
 use crate::mesh::{Mesh, Topology};
 use crate::model::RestDriver;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::shell::Shell;
 use crate::shell::fields::at_point;
 use crate::shell::rest::Forms;
@@ -22,6 +24,9 @@ pub struct Fields<'a> {
     setup: &'a Setup,
     shell: Box<dyn Shell>,
     rest: Option<RestDriver>,
+    profiles: Profiles,
+    /// Factors on the stiffness by what diffuses, one a quantity that has any.
+    stiffness: Vec<(&'static str, Expression)>,
 }
 
 /// Names and numbers of components of the fields that a scene has.
@@ -30,10 +35,21 @@ pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
     let mut names = vec![("displacement", 3)];
     names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));
     names.extend(scene.output.lowest_mode.then_some(("lowest_mode", 3)));
-    names.extend([("moisture_top", 1), ("moisture_bottom", 1)].into_iter().filter(|_| swells));
+    let prescribed = swells && scene.moisture.is_none();
+    names.extend([("moisture_top", 1), ("moisture_bottom", 1)].into_iter().filter(|_| prescribed));
+    names.extend(scene.diffusing().flat_map(|(table, ..)| diffused(table).map(|name| (name, 1))));
     names.extend(NAMES.iter().map(|(name, n, _)| (*name, *n)));
     names.extend(scene.machine_direction.as_ref().map(|_| ("machine_direction", 3)));
     names
+}
+
+/// Names of the fields at the top, at the bottom and of the mean over the thickness of what the table lets diffuse.
+pub fn diffused(table: &str) -> [&'static str; 3] {
+    if table == "heat" {
+        ["temperature_top", "temperature_bottom", "temperature_mean"]
+    } else {
+        ["moisture_top", "moisture_bottom", "moisture_mean"]
+    }
 }
 
 /// Whether the field of that name belongs to the faces; nodes may have means of it besides.
@@ -80,47 +96,61 @@ fn symmetric(m: &Matrix3<f64>) -> [f64; 6] {
 impl<'a> Fields<'a> {
     /// Builds the shell and the rest driver that the fields are computed with.
     pub fn new(scene: &'a Scene, mesh: &'a Mesh, topology: &'a Topology, setup: &'a Setup) -> Result<Self> {
+        let profiles = diffusion::profiles(scene, mesh)?;
+        let softened = scene.diffusing().filter_map(|(table, name, _, said)| Some((table, name, said.stiffness.as_ref()?)));
+        let stiffness = softened
+            .map(|(table, name, expr)| Ok((name, build::expression(&format!("{table}.stiffness"), expr, scene::DIFFUSED)?)))
+            .collect::<Result<_>>()?;
         Ok(Fields {
+            stiffness,
             scene,
             mesh,
             topology,
             setup,
             shell: build::shell(scene, mesh, topology, setup),
-            rest: rest::driver(scene, mesh, topology, setup)?,
+            rest: rest::driver(scene, mesh, topology, setup, &profiles)?,
+            profiles,
         })
     }
 
-    /// Takes the directors of a snapshot; returns its unknowns and the rest forms of a time.
-    fn put(&mut self, snapshot: &Snapshot, time: f64) -> Result<(Vec<f64>, Vec<Forms>)> {
-        let of = |name: &str, length: usize| -> Result<&[f64]> {
+    /// Takes the directors of a shape; returns its unknowns, and the rest forms at the time of a state with what diffuses in it.
+    fn put(&mut self, shape: &Snapshot, state: &Snapshot) -> Result<(Vec<f64>, Vec<Forms>)> {
+        fn of<'a>(snapshot: &'a Snapshot, name: &str, length: usize) -> Result<&'a [f64]> {
             let data = snapshot.field(name).map(|f| f.data.as_slice()).filter(|d| d.len() == length);
             data.ok_or_else(|| Error::input("checkpoint", format!("field '{name}' is missing or not of this mesh")))
-        };
-        let mut unknowns = of("position", 3 * (self.mesh.vertices.len() + self.mesh.midpoints.len()))?.to_vec();
+        }
+        let mut unknowns = of(shape, "position", 3 * (self.mesh.vertices.len() + self.mesh.midpoints.len()))?.to_vec();
         unknowns.resize(self.shell.unknowns(), 0.0);
         let count = self.shell.directors().len();
         if count > 0 {
-            let directors: Vec<Vector3<f64>> = of("director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
+            let directors: Vec<Vector3<f64>> =
+                of(shape, "director", 3 * count)?.chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2])).collect();
             self.shell.set_directors(&directors);
         }
+        for (name, profile) in &self.profiles {
+            profile.set(of(state, name, profile.values().len())?);
+        }
+        if !self.stiffness.is_empty() {
+            self.shell.set_stiffness(self.stiffness());
+        }
         let rest = match &mut self.rest {
-            Some(driver) => driver.forms(time).map_err(|e| Error::input("rest", e))?,
+            Some(driver) => driver.forms(state.time).map_err(|e| Error::input("rest", e))?,
             None => self.setup.initial_forms.clone(),
         };
         Ok((unknowns, rest))
     }
 
-    /// Membrane and bending energy [J] of a snapshot's shape in the rest forms of `time`, without damping. Errors: a snapshot of another
+    /// Membrane and bending energy [J] of a snapshot's shape in the rest forms of another one, without damping. Errors: a snapshot of another
     /// case.
-    pub fn energies(&mut self, snapshot: &Snapshot, time: f64) -> Result<[f64; 2]> {
-        let (unknowns, rest) = self.put(snapshot, time)?;
+    pub fn energies(&mut self, shape: &Snapshot, state: &Snapshot) -> Result<[f64; 2]> {
+        let (unknowns, rest) = self.put(shape, state)?;
         self.shell.set_rest(&rest);
         Ok(self.shell.energies(&unknowns))
     }
 
     /// All fields of a snapshot. Errors: a snapshot of another case.
     pub fn of(&mut self, snapshot: &Snapshot) -> Result<State> {
-        let (all, rest) = self.put(snapshot, snapshot.time)?;
+        let (all, rest) = self.put(snapshot, snapshot)?;
         let initial = self.mesh.nodes();
         let points: Vec<Vector3<f64>> = all[..3 * initial.len()].chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
         let point = |name: &str, n, unit: &str, data| field(name, Association::Node, n, unit, data);
@@ -135,11 +165,64 @@ impl<'a> Fields<'a> {
         if let Some([top, bottom]) = rest::moisture(self.scene, self.mesh, snapshot.time)? {
             point_data.extend([point("moisture_top", 1, "%", top), point("moisture_bottom", 1, "%", bottom)]);
         }
+        for (table, name, unit, _) in self.scene.diffusing() {
+            let Some(profile) = self.profiles.get(name) else { continue };
+            let (values, count) = (profile.values(), profile.levels().len());
+            let level = |l: usize| values.chunks_exact(count).map(|u| u[l]).collect();
+            for (name, data) in diffused(table).into_iter().zip([level(count - 1), level(0), profile.means()]) {
+                point_data.push(point(name, 1, unit, self.at_nodes(data)));
+            }
+        }
         let (cell_data, areas) = self.cells(&all, &rest);
         if !self.mesh.midpoints.is_empty() {
             point_data.extend(self.averaged(&cell_data, &areas));
         }
         Ok(State { points, point_data, cell_data, areas })
+    }
+
+    /// Values at the vertices, and on curved faces at the middles of the edges, where they are means.
+    fn at_nodes(&self, mut values: Vec<f64>) -> Vec<f64> {
+        if !self.mesh.midpoints.is_empty() {
+            values.extend(self.topology.edges.iter().map(|[a, b]| 0.5 * (values[*a] + values[*b])).collect::<Vec<_>>());
+        }
+        values
+    }
+
+    /// Factors on the stiffness of the faces by what diffuses; none at all where nothing has any.
+    fn stiffness(&self) -> Vec<f64> {
+        let mut factors = Vec::new();
+        for (name, expression) in &self.stiffness {
+            let means = self.profiles.get(name).map_or(Vec::new(), |profile| profile.face_means());
+            factors.resize(means.len(), 1.0);
+            factors.iter_mut().zip(means).for_each(|(factor, u)| *factor *= expression.eval(&[u]));
+        }
+        factors
+    }
+
+    /// The body of the shell in a state, as prisms: points, wedges, and the values of a quantity at the points; none if it does not diffuse. Points
+    /// lie off the vertices along the mean normal of the faces around, by the mean of their thickness. After [`Fields::of`] of that state.
+    pub fn prisms(&self, state: &State, quantity: &str) -> Option<(Vec<Vector3<f64>>, Vec<[usize; 6]>, Vec<f64>)> {
+        let profile = self.profiles.get(quantity)?;
+        let (levels, vertices) = (profile.levels(), self.mesh.vertices.len());
+        let (mut normals, mut thickness, mut counts) = (vec![Vector3::zeros(); vertices], vec![0.0; vertices], vec![0.0; vertices]);
+        for (face, material) in self.mesh.faces.iter().zip(&self.setup.materials) {
+            let [a, b, c] = face.map(|v| state.points[v]);
+            for &v in face {
+                normals[v] += (b - a).cross(&(c - a));
+                thickness[v] += material.thickness;
+                counts[v] += 1.0;
+            }
+        }
+        let offset = |v: usize, level: f64| normals[v].try_normalize(0.0).unwrap_or_default() * ((level - 0.5) * thickness[v] / counts[v]);
+        let points =
+            (0..vertices).flat_map(|v| levels.iter().map(move |level| (v, *level))).map(|(v, level)| state.points[v] + offset(v, level));
+        let wedge = |face: &[usize; 3], level: usize| {
+            let at = |v: usize, l: usize| v * levels.len() + l;
+            let [a, b, c] = *face;
+            [at(a, level), at(c, level), at(b, level), at(a, level + 1), at(c, level + 1), at(b, level + 1)]
+        };
+        let wedges = self.mesh.faces.iter().flat_map(|face| (1..levels.len()).map(move |level| wedge(face, level - 1)));
+        Some((points.collect(), wedges.collect(), profile.values().to_vec()))
     }
 
     /// Places of the directors [m] in a state, and the directors.
@@ -162,7 +245,7 @@ impl<'a> Fields<'a> {
     /// Fields of the faces (means over their integration points), and their rest areas.
     fn cells(&self, x: &[f64], rest: &[Forms]) -> (Vec<Field>, Vec<f64>) {
         let (forms, tangents) = (self.shell.forms(x), self.shell.tangents(x));
-        let per_face = self.shell.points();
+        let (per_face, stiffness) = (self.shell.points(), self.stiffness());
         let mut columns: [Vec<f64>; 11] = Default::default();
         let mut directions = Vec::new();
         let mut areas = Vec::with_capacity(self.mesh.faces.len());
@@ -174,7 +257,10 @@ impl<'a> Fields<'a> {
             for (k, weight) in (per_face * f..per_face * (f + 1)).zip(self.shell.weights()) {
                 let e = forms[k];
                 let now = Forms { a: [e[0], e[1], e[2]], b: [e[3], e[4], e[5]] };
-                let p = at_point(&tangents[k], &now, &rest[k], material, &self.setup.constitution(f));
+                let mut p = at_point(&tangents[k], &now, &rest[k], material, &self.setup.constitution(f));
+                if let Some(factor) = stiffness.get(f) {
+                    p.soften(*factor);
+                }
                 area += weight * (rest[k].a[0] * rest[k].a[2] - rest[k].a[1] * rest[k].a[1]).sqrt();
                 // Directions have no sign of their own: those of the first point lead.
                 let lead = |sum: &[f64; 6], d: &Vector3<f64>| if sum[0] * d.x + sum[1] * d.y + sum[2] * d.z < 0.0 { -d } else { *d };

@@ -23,9 +23,8 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
         Ok(())
     };
     if let Some(table) = &scene.gravity {
-        let g = Vector3::from(table.acceleration);
-        let forces = carried.iter().map(|mass| g * *mass).enumerate().collect();
-        add("gravity.factor", Some("gravity_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
+        let weight = DeadLoad::weight(carried, Vector3::from(table.acceleration));
+        add("gravity.factor", Some("gravity_energy_J"), Box::new(weight), &table.factor)?;
     }
     for (i, table) in scene.forces.iter().enumerate() {
         let vertices = &region(mesh, &format!("force.{i}.region"), &table.region)?.vertices;
@@ -110,11 +109,11 @@ fn nothing(empty: bool, key: &str, region: &str, what: &str) -> Result<()> {
     if empty { Err(Error::input(key, format!("region '{region}' has no {what} that could be loaded"))) } else { Ok(()) }
 }
 
-/// A load's factor in time: as given, else the load factor in statics and none in dynamics.
+/// A load's factor in time: as given, else the load factor; none where the run is in time.
 fn load_factor(scene: &Scene, key: &str, factor: &Option<Expr>) -> Result<Option<Motion>> {
     match factor {
         Some(expr) => Ok(Some(of_time(key, expr)?)),
-        None if scene.statics.is_some() => Ok(Some(Box::new(|t| t))),
+        None if !scene.runs_in_time() => Ok(Some(Box::new(|t| t))),
         None => Ok(None),
     }
 }

@@ -3,6 +3,7 @@
 pub mod all;
 mod build;
 pub mod check;
+mod diffusion;
 pub mod export;
 mod fields;
 mod loads;
@@ -93,7 +94,7 @@ impl Job {
     fn moment(&self, time: f64) -> String {
         // Without the last digits, where sums of steps show their round-off.
         let time = format!("{time:.11e}").parse().unwrap_or(time);
-        if self.scene.statics.is_some() { format!("load factor {time}") } else { format!("t = {time} s") }
+        if !self.scene.runs_in_time() { format!("load factor {time}") } else { format!("t = {time} s") }
     }
 
     /// Says something about the progress of a stage.

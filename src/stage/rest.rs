@@ -1,17 +1,18 @@
 //! The growth laws of a scene as objects, what drives them in time, and the machine direction they refer to.
 
 use super::build::{self, expression, field, of_time};
+use super::diffusion::Profiles;
 use super::setup::Setup;
 use crate::error::{Error, Result};
 use crate::math::Jet;
 use crate::mesh::{FieldOn, FieldSampler, Mesh, Topology};
-use crate::model::{Ramp, RestDriver};
+use crate::model::{Profile as Values, Ramp, RestDriver};
 use crate::scene::{self, Expr, Scalar, Scene};
-use crate::shell::Constitution;
 use crate::shell::rest::{
-    Components, Forms, Interpolation, Isotropic, Law, LinearInterpolation, MachineDirection, Orthotropic, OtherShape, Prestress, Product,
-    Profile, Pullback, QuadraticInterpolation, Sampling, ScalarField, Site, Surface, Swelling, on_faces, transported,
+    Components, Expansion, Forms, Interpolation, Isotropic, Law, LinearInterpolation, MachineDirection, Orthotropic, OtherShape, Prestress,
+    Product, Profile, Pullback, QuadraticInterpolation, Sampling, ScalarField, Site, Surface, Swelling, on_faces, transported,
 };
+use crate::shell::{Bilayer, Constitution};
 use nalgebra::Vector3;
 
 /// Turns what the tables say into fields, and notes whether any changes in time.
@@ -48,7 +49,7 @@ impl Reader<'_> {
 }
 
 /// The growth law, whether it changes in time; none for the initial shape.
-fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Option<(Box<dyn Law>, bool)>> {
+fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles: &Profiles) -> Result<Option<(Box<dyn Law>, bool)>> {
     let Some(rest) = &scene.rest else { return Ok(None) };
     let mut reader = Reader { mesh, changes: false };
     let mut laws: Vec<Box<dyn Law>> = Vec::new();
@@ -74,17 +75,43 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result
         };
         laws.push(Box::new(Orthotropic { factors, direction }));
     }
-    let swelling =
-        rest.linear.as_ref().map(|t| ("linear", Profile::Linear, [&t.m_plus, &t.m_minus], [t.mu; 2], t.mu_perp.map(|mu| [mu; 2])));
-    let layers = || Profile::Bilayer(setup.constitutions.iter().map(Constitution::layers).collect());
-    let bilayer = rest.bilayer.as_ref().map(|t| ("bilayer", layers(), [&t.m_plus, &t.m_minus], t.mu, t.mu_perp));
-    for (name, profile, [plus, minus], mu, mu_perp) in swelling.into_iter().chain(bilayer) {
-        let moisture = [
-            reader.expr(&format!("rest.{name}.m_plus"), plus, scene::PLACE_AND_TIME)?,
-            reader.expr(&format!("rest.{name}.m_minus"), minus, scene::PLACE_AND_TIME)?,
-        ];
-        let fibres = mu_perp.map(|mu| Ok::<_, Error>((mu, fibres(scene, mesh, setup)?))).transpose()?;
-        laws.push(Box::new(Swelling { profile, moisture, mu, fibres }));
+    if let Some(table) = swelling(rest) {
+        let fibres = table.mu_perp.map(|mu| Ok::<_, Error>((mu, fibres(scene, mesh, setup)?))).transpose()?;
+        let own = || setup.constitutions.iter().map(Constitution::layers).collect();
+        let name = table.name;
+        let moisture = match (table.prescribed, profiles.get("moisture")) {
+            (Some([plus, minus]), _) => Some([
+                reader.expr(&format!("rest.{name}.m_plus"), plus, scene::PLACE_AND_TIME)?,
+                reader.expr(&format!("rest.{name}.m_minus"), minus, scene::PLACE_AND_TIME)?,
+            ]),
+            (None, Some(values)) if table.profile == scene::Profile::Sides => {
+                Some([values.levels().len() - 1, 0].map(|level| -> ScalarField {
+                    let values = values.clone();
+                    Box::new(move |site, _| values.at(site, level))
+                }))
+            }
+            (None, _) => None,
+        };
+        reader.changes |= table.prescribed.is_none();
+        laws.push(match (moisture, profiles.get("moisture")) {
+            (Some(moisture), _) => {
+                let profile = if table.layered { Profile::Bilayer(own()) } else { Profile::Linear };
+                Box::new(Swelling { profile, moisture, mu: table.mu, fibres })
+            }
+            (None, Some(values)) => {
+                let layers = if table.layered { own() } else { Vec::new() };
+                Box::new(expansion(["moisture", "%"], values, table.mu, fibres, layers))
+            }
+            (None, None) => {
+                return Err(Error::input(format!("rest.{name}.m_plus"), "this key is missing, and the scene has no [moisture]"));
+            }
+        });
+    }
+    if let (Some(table), Some(values)) = (&rest.thermal, profiles.get("temperature")) {
+        reader.changes = true;
+        let across = table.expansion_perp;
+        let fibres = across.map(|mu| Ok::<_, Error>(([mu; 2], fibres(scene, mesh, setup)?))).transpose()?;
+        laws.push(Box::new(expansion(["temperature", "K"], values, [table.expansion; 2], fibres, Vec::new())));
     }
     if let Some(table) = &rest.prestress {
         laws.push(Box::new(Prestress {
@@ -102,8 +129,53 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result
     Ok(Some((law, reader.changes)))
 }
 
+/// What `linear` and `bilayer` have in common.
+struct SwellingTable<'a> {
+    name: &'static str,
+    /// Whether the layers swell each as a whole.
+    layered: bool,
+    /// Moisture at the top and the bottom, where it does not diffuse.
+    prescribed: Option<[&'a Expr; 2]>,
+    profile: scene::Profile,
+    mu: [f64; 2],
+    mu_perp: Option<[f64; 2]>,
+}
+
+/// The swelling law of the scene, if it has one.
+fn swelling(rest: &scene::Rest) -> Option<SwellingTable<'_>> {
+    let linear = rest.linear.as_ref().map(|t| SwellingTable {
+        name: "linear",
+        layered: false,
+        prescribed: t.m_plus.as_ref().zip(t.m_minus.as_ref()).map(|(plus, minus)| [plus, minus]),
+        profile: t.profile.unwrap_or_default(),
+        mu: [t.mu; 2],
+        mu_perp: t.mu_perp.map(|mu| [mu; 2]),
+    });
+    let bilayer = rest.bilayer.as_ref().map(|t| SwellingTable {
+        name: "bilayer",
+        layered: true,
+        prescribed: t.m_plus.as_ref().zip(t.m_minus.as_ref()).map(|(plus, minus)| [plus, minus]),
+        profile: t.profile.unwrap_or_default(),
+        mu: t.mu,
+        mu_perp: t.mu_perp,
+    });
+    linear.or(bilayer)
+}
+
+/// The law by all of a profile.
+fn expansion(
+    quantity: [&'static str; 2],
+    values: &Values,
+    mu: [f64; 2],
+    fibres: Option<([f64; 2], MachineDirection)>,
+    layers: Vec<Option<Bilayer>>,
+) -> Expansion {
+    let (levels, values) = (values.levels().to_vec(), values.clone());
+    Expansion { quantity, levels, value: Box::new(move |site, level| values.at(site, level)), mu, fibres, layers }
+}
+
 /// A field of the mesh with that many components. Errors: there is none.
-fn mesh_field(mesh: &Mesh, key: &str, name: &str, components: usize) -> Result<FieldSampler> {
+pub fn mesh_field(mesh: &Mesh, key: &str, name: &str, components: usize) -> Result<FieldSampler> {
     let known = || mesh.fields.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
     let Some(sampler) = mesh.field_sampler(name) else {
         let help = if mesh.fields.is_empty() { "the mesh has no fields".to_owned() } else { format!("the mesh has: {}", known()) };
@@ -265,22 +337,20 @@ fn interpolation(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup)
 }
 
 /// What drives the rest forms, if anything does.
-pub fn driver(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Option<RestDriver>> {
-    let (Some((law, changes)), Some(table)) = (law(scene, mesh, topology, setup)?, &scene.rest) else { return Ok(None) };
+pub fn driver(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles: &Profiles) -> Result<Option<RestDriver>> {
+    let (Some((law, changes)), Some(table)) = (law(scene, mesh, topology, setup, profiles)?, &scene.rest) else { return Ok(None) };
     let ramp: Option<Ramp> = match &table.ramp {
         Some(expr) => Some(of_time("rest.ramp", expr)?),
-        None if scene.statics.is_some() && !changes => Some(Box::new(|t| t)),
+        None if !scene.runs_in_time() && !changes => Some(Box::new(|t| t)),
         None => None,
     };
     let interpolation = interpolation(scene, mesh, topology, setup);
     Ok(Some(RestDriver::new(law, changes, interpolation, ramp, setup.initial_forms.clone())))
 }
 
-/// Moisture at the two sides of each node [%] at a time, where the scene has any: top, bottom.
+/// Prescribed moisture at the two sides of each node [%] at a time, where the scene has any: top, bottom.
 pub fn moisture(scene: &Scene, mesh: &Mesh, time: f64) -> Result<Option<[Vec<f64>; 2]>> {
-    let Some(rest) = &scene.rest else { return Ok(None) };
-    let linear = rest.linear.as_ref().map(|t| [&t.m_plus, &t.m_minus]);
-    let Some([plus, minus]) = linear.or(rest.bilayer.as_ref().map(|t| [&t.m_plus, &t.m_minus])) else { return Ok(None) };
+    let Some([plus, minus]) = scene.rest.as_ref().and_then(swelling).and_then(|table| table.prescribed) else { return Ok(None) };
     let side = |expr: &Expr| -> Result<Vec<f64>> {
         let field = field("rest", expr, scene::PLACE_AND_TIME)?;
         Ok(mesh.nodes().iter().map(|p| field(p, time)).collect())

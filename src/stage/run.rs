@@ -4,7 +4,7 @@ use super::{Job, build, mesh as mesh_stage, setup};
 use crate::case::{Folder, History, Newest, hash};
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
-use crate::model::{ShellModel, StepFailure};
+use crate::model::{ShellModel, StepFailure, Transport};
 use crate::scene::Scene;
 use crate::snapshot::Snapshot;
 use crate::solve::StepControl;
@@ -112,6 +112,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
                 row.extend([solved.negative_pivots as f64, solved.residual, solved.increment]);
                 row.extend(energies.iter().map(|(_, e)| *e));
+                row.extend(model.transports().iter().flat_map(|transport| transport.row()));
                 if let Some(stability) = solved.stability {
                     row.extend([counters.branch_switches as f64, stability.lowest, stability.before]);
                     if stability.switches > 0 {
@@ -164,7 +165,8 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
 pub fn columns(model: &ShellModel) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
     let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
-    COLUMNS.into_iter().chain(energies).chain(stability.iter().copied()).chain(["wall_s"]).collect()
+    let diffusing = model.transports().iter().flat_map(|transport| Transport::columns(transport.table));
+    COLUMNS.into_iter().chain(energies).chain(diffusing).chain(stability.iter().copied()).chain(["wall_s"]).collect()
 }
 
 /// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
@@ -233,14 +235,14 @@ fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     Ok(newest.snapshot)
 }
 
-/// Steps of the scene: load factors from 0 to 1 in statics, seconds in dynamics.
+/// Steps of the scene: of load factors or seconds.
 fn step_control(scene: &Scene) -> StepControl {
-    let (nominal, end) = match (&scene.statics, &scene.dynamics) {
-        (Some(statics), _) => (1.0 / statics.steps as f64, 1.0),
-        (None, Some(dynamics)) => (dynamics.dt, dynamics.end),
-        (None, None) => (1.0, 0.0),
+    let nominal = match (&scene.statics, &scene.dynamics) {
+        (Some(statics), _) => scene.end() / statics.steps as f64,
+        (None, Some(dynamics)) => dynamics.dt,
+        (None, None) => 1.0,
     };
-    StepControl::new(nominal, end, scene.output.interval, scene.solver.max_halvings as u32)
+    StepControl::new(nominal, scene.end(), scene.output.interval, scene.solver.max_halvings as u32)
 }
 
 /// The model's state and that of the step control.

@@ -1,6 +1,7 @@
 //! `setup`: materials, machine direction, supports, rest forms and the first state (`setup.h5`).
 
 use super::build;
+use super::diffusion;
 use super::materials::{self, Compositions};
 use super::{Job, mesh as mesh_stage};
 use super::{rest, supports};
@@ -74,7 +75,7 @@ pub fn inputs(job: &Job) -> Result<String> {
     let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
     let statics = s.statics.as_ref().map(|table| &table.perturbation);
     let start = (statics, s.dynamics.as_ref().map(|d| &d.velocity));
-    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, loads, &s.pins, start));
+    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, &s.moisture, &s.heat, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
@@ -104,10 +105,10 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     setup.constitutions = compositions.constitutions(setup.machine_direction.as_deref());
     setup.densities = compositions.densities;
     admit("mesh", &setup, &setup.initial_forms)?;
-    setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup)? {
+    setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup, &diffusion::profiles(scene, mesh)?)? {
         Some(mut driver) => {
             // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
-            let end = driver.forms(if scene.statics.is_some() { 1.0 } else { 0.0 }).map_err(|e| Error::input("rest", e))?;
+            let end = driver.forms(if scene.runs_in_time() { 0.0 } else { 1.0 }).map_err(|e| Error::input("rest", e))?;
             let start = driver.forms(0.0).map_err(|e| Error::input("rest", e))?;
             admit("rest", &setup, &end)?;
             admit("rest", &setup, &start)?;
@@ -117,7 +118,7 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     };
     drop(shell);
     let mut model = build::model(scene, mesh, &topology, &setup)?;
-    for time in if scene.statics.is_some() { &[0.0, 1.0][..] } else { &[0.0] } {
+    for time in if scene.runs_in_time() { &[0.0][..] } else { &[0.0, 1.0] } {
         model.prescribed(*time).map_err(|failure| match failure {
             StepFailure::Input { place, reason } => Error::input(place, reason),
             other => Error::input("setup", format!("{other:?}")),

@@ -44,6 +44,7 @@ mod report_sweep;
 mod report_tables;
 mod rest_bilayer;
 mod rest_directions;
+mod rest_expansion;
 mod rest_laws;
 mod scene_fuzz;
 mod scene_reading;

@@ -154,6 +154,8 @@ pub fn model(
     let parts = Parts {
         shell,
         inertia: None,
+        transports: Vec::new(),
+        following_mass: None,
         loads: vec![],
         rest: driver,
         initial_forms: rest,

@@ -1,10 +1,11 @@
 //! Ranges and rules of the tables `[rest]` and `[machine-direction]`.
 
 use super::{Check, expression, expressions, finite, mesh_file, named, non_zero, optional_expression, positive, require};
-use crate::scene::{Expr, MachineDirection, PLACE, PLACE_AND_TIME, PLANE, PLANE_AND_TIME, Rest, Scalar, Shape, Surface, TIME};
+use crate::scene::{Expr, MachineDirection, PLACE, PLACE_AND_TIME, PLANE, PLANE_AND_TIME, Rest, Scalar, Scene, Shape, Surface, TIME};
 
-/// Rules of `[rest]`; `fibres`: whether the scene has a machine direction.
-pub(in crate::scene) fn rest(rest: &Rest, fibres: bool) -> Check {
+/// Rules of `[rest]`.
+pub(in crate::scene) fn rest(rest: &Rest, scene: &Scene) -> Check {
+    let fibres = scene.machine_direction.is_some();
     optional_expression("rest.ramp", &rest.ramp, TIME)?;
     if let Some(Ok(ramp)) = rest.ramp.as_ref().map(|ramp| ramp.parse(TIME)) {
         require("rest.ramp", !ramp.is_constant() || (0.0..=1.0).contains(&ramp.eval(&[])), "must be 0 to 1")?;
@@ -32,10 +33,16 @@ pub(in crate::scene) fn rest(rest: &Rest, fibres: bool) -> Check {
         require("rest.orthotropic", law.angle.is_some() || fibres, "needs `angle`, or [machine-direction] in the scene")?;
     }
     if let Some(law) = &rest.linear {
-        swelling("rest.linear", [&law.m_plus, &law.m_minus], &[law.mu], law.mu_perp.as_slice(), fibres)?;
+        moisture("rest.linear", [("m_plus", &law.m_plus), ("m_minus", &law.m_minus)], law.profile.is_some(), scene)?;
+        coefficients("rest.linear", "mu", &[law.mu], law.mu_perp.as_slice(), fibres)?;
     }
     if let Some(law) = &rest.bilayer {
-        swelling("rest.bilayer", [&law.m_plus, &law.m_minus], &law.mu, law.mu_perp.as_ref().map_or(&[], |mu| mu), fibres)?;
+        moisture("rest.bilayer", [("m_plus", &law.m_plus), ("m_minus", &law.m_minus)], law.profile.is_some(), scene)?;
+        coefficients("rest.bilayer", "mu", &law.mu, law.mu_perp.as_ref().map_or(&[], |mu| mu), fibres)?;
+    }
+    if let Some(law) = &rest.thermal {
+        require("rest.thermal", scene.heat.is_some(), "needs the table [heat]")?;
+        coefficients("rest.thermal", "expansion", &[law.expansion], law.expansion_perp.as_slice(), fibres)?;
     }
     let Some(law) = &rest.prestress else { return Ok(()) };
     let some = law.times.is_some() || law.plus_a.is_some() || law.plus_b.is_some();
@@ -50,7 +57,7 @@ fn at_most_one(laws: &[(&str, bool)]) -> Check {
     require("rest", found.len() < 2, format!("at most one of these laws may be given: {}", found.join(", ")))
 }
 
-fn scalar(key: &str, value: &Scalar, variables: &[&str]) -> Check {
+pub(super) fn scalar(key: &str, value: &Scalar, variables: &[&str]) -> Check {
     match value {
         Scalar::Expr(expr) => expression(key, expr, variables),
         Scalar::Field(field) => {
@@ -76,12 +83,22 @@ fn surface(surface: &Surface) -> Check {
     }
 }
 
-fn swelling(key: &str, [plus, minus]: [&Expr; 2], mu: &[f64], across: &[f64], fibres: bool) -> Check {
-    expression(&format!("{key}.m_plus"), plus, PLACE_AND_TIME)?;
-    expression(&format!("{key}.m_minus"), minus, PLACE_AND_TIME)?;
-    finite(&format!("{key}.mu"), mu, "1/%")?;
-    finite(&format!("{key}.mu_perp"), across, "1/%")?;
-    require(&format!("{key}.mu_perp"), across.is_empty() || fibres, "needs the table [machine-direction]")
+/// Moisture is prescribed by the law or diffuses, not both.
+fn moisture(key: &str, sides: [(&str, &Option<Expr>); 2], profile: bool, scene: &Scene) -> Check {
+    let diffuses = scene.moisture.is_some();
+    for (name, side) in sides {
+        let key = format!("{key}.{name}");
+        optional_expression(&key, side, PLACE_AND_TIME)?;
+        require(&key, side.is_some() || diffuses, "this key is missing, and the scene has no [moisture]")?;
+        require(&key, side.is_none() || !diffuses, "is what [moisture] tells; leave it out")?;
+    }
+    require(&format!("{key}.profile"), diffuses || !profile, "needs the table [moisture]")
+}
+
+fn coefficients(key: &str, name: &str, along: &[f64], across: &[f64], fibres: bool) -> Check {
+    finite(&format!("{key}.{name}"), along, "relative change of length")?;
+    finite(&format!("{key}.{name}_perp"), across, "relative change of length")?;
+    require(&format!("{key}.{name}_perp"), across.is_empty() || fibres, "needs the table [machine-direction]")
 }
 
 /// Rules of `[machine-direction]`.

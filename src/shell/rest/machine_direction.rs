@@ -102,17 +102,21 @@ pub fn transported(mesh: &Mesh, topology: &Topology, from: usize, vector: &Vecto
     carried.iter().flatten().enumerate().map(|(f, d)| projected(d, &tangents(f)).map_err(|e| format!("face {f}: {e}"))).collect()
 }
 
-/// `F = Q diag(factors) Q^-1` with `Q = [d d_perp]`: the stretch of a tangent vector in barycentric components, `d` and `d_perp` being
-/// orthogonal in the metric `a`. Seed A writes `T` where the formula needs its inverse (PHYSICS A3).
-pub(super) fn stretch(a: &[f64; 3], d: [f64; 2], [along, across]: [f64; 2]) -> Matrix2<f64> {
+/// `Q = [d d_perp]`: columns along `d` and across it by barycentric components, orthonormal in the metric `a`, so that `Q^-1 = Q^T a`.
+pub(super) fn axes(a: &[f64; 3], d: [f64; 2]) -> Matrix2<f64> {
     let metric = Matrix2::new(a[0], a[1], a[1], a[2]);
     let d = Vector2::from(d);
     let d = d / d.dot(&(metric * d)).sqrt();
     let ad = metric * d;
     let perp = Vector2::new(-ad.y, ad.x);
-    let perp = perp / perp.dot(&(metric * perp)).sqrt();
-    // Columns of Q are orthonormal in the metric, so Q^-1 = Q^T a.
-    d * ad.transpose() * along + perp * (metric * perp).transpose() * across
+    Matrix2::from_columns(&[d, perp / perp.dot(&(metric * perp)).sqrt()])
+}
+
+/// `F = Q diag(factors) Q^-1`: the stretch of a tangent vector in barycentric components, by `factors` along `d` and across it. Seed A writes
+/// `T` where the formula needs its inverse (PHYSICS A3).
+pub(super) fn stretch(a: &[f64; 3], d: [f64; 2], factors: [f64; 2]) -> Matrix2<f64> {
+    let q = axes(a, d);
+    q * Matrix2::from_diagonal(&Vector2::from(factors)) * q.transpose() * Matrix2::new(a[0], a[1], a[1], a[2])
 }
 
 /// `F^T form F`.

@@ -4,10 +4,12 @@
 //! law does not prestress the sheet by its mesh; there is one per kind of element. Nothing here stores time.
 //!
 //! - `pullback`, `surface`, `shape`: forms that are given, in the plane, by a map, by another mesh
-//! - `growth`: factors on what there is; `swelling`: of the two faces or layers of a shell; `prestress`: what is added
+//! - `growth`: factors on what there is; `swelling`: of the two faces or layers of a shell; `expansion`: by a profile through the thickness;
+//!   `prestress`: what is added
 //! - `machine_direction`: the direction of the fibres
 //! - `linear_interpolation`, `quadratic_interpolation`: what the elements make of a law
 
+mod expansion;
 mod growth;
 mod linear_interpolation;
 mod machine_direction;
@@ -18,6 +20,7 @@ mod shape;
 mod surface;
 mod swelling;
 
+pub use expansion::{Expansion, LevelField};
 pub use growth::{Isotropic, Orthotropic};
 pub use linear_interpolation::LinearInterpolation;
 pub use machine_direction::{MachineDirection, on_faces, transported};

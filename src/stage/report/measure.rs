@@ -43,15 +43,15 @@ impl Case<'_> {
             Measure::Energy { part, over } => {
                 let snapshot = self.snapshot(time)?;
                 let topology = Topology::new(&mesh.faces);
-                let energies = Fields::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, snapshot.time)?;
+                let energies = Fields::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, &snapshot)?;
                 Ok(take(energies, *part) / energy_scale("report: energy.over", over.as_ref(), scene)?)
             }
             Measure::EnergyRatio { part } => {
                 let snapshot = self.snapshot(time)?;
                 let topology = Topology::new(&mesh.faces);
                 let mut fields = Fields::new(scene, mesh, &topology, &self.setup)?;
-                let initial = fields.energies(&self.start, snapshot.time)?;
-                Ok(take(fields.energies(&snapshot, snapshot.time)?, *part) / take(initial, *part))
+                let initial = fields.energies(&self.start, &snapshot)?;
+                Ok(take(fields.energies(&snapshot, &snapshot)?, *part) / take(initial, *part))
             }
             Measure::Field { name, component, statistic, region } => self.statistic(name, *component, *statistic, region.as_deref(), time),
             Measure::History { column } => self.last(column),
