@@ -14,6 +14,7 @@
 //! | [`solve`] | Newton's method, descent, the way off unstable equilibria, step sizes |
 //! | [`shell`] | elements, hinges, rest forms, materials, the Koiter energy, mass |
 //! | [`load`] | forces on nodes |
+//! | [`moisture`] | diffusion in layered prisms over the faces |
 //! | [`mesh`] | triangles, generators, file import, quality |
 //! | [`sparse`] | potentials, pattern, assembly into slots, factorisation, lowest mode |
 //! | [`scene`] | what a scene file may say |
@@ -67,6 +68,7 @@ pub mod load;
 pub mod math;
 pub mod mesh;
 pub mod model;
+pub mod moisture;
 pub mod report;
 pub mod scene;
 pub mod shell;
