@@ -50,6 +50,28 @@ struct Constraints {
     exchange: Vec<f64>,
 }
 
+/// Least and greatest value that the data so far allow.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: f64,
+    high: f64,
+}
+
+impl Bounds {
+    /// A value that moisture had or has next to it.
+    fn see(&mut self, value: f64) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+    }
+
+    /// Something came from nowhere or went: there is no bound on that side.
+    fn moved(&mut self, rate: f64) {
+        if rate != 0.0 {
+            self.see(rate * f64::INFINITY);
+        }
+    }
+}
+
 /// Values of moisture on a slab, advanced in time.
 pub struct Diffusion {
     operator: Operator,
@@ -62,8 +84,7 @@ pub struct Diffusion {
     u: Vec<f64>,
     /// What entered [u m3]: parts of the surface, sources.
     entered: [f64; 4],
-    /// Least and greatest value that the data allow.
-    bounds: [f64; 2],
+    bounds: Bounds,
     /// Length of the last sub-steps [s].
     size: f64,
     /// Which conditions are in their window.
@@ -116,7 +137,7 @@ impl Diffusion {
             dt,
             u: vec![0.0; n],
             entered: [0.0; 4],
-            bounds: [0.0; 2],
+            bounds: Bounds { low: 0.0, high: 0.0 },
             size: 0.0,
             now: constraints.clone(),
             factored: constraints,
@@ -139,7 +160,8 @@ impl Diffusion {
     pub fn set(&mut self, u: Vec<f64>) {
         assert_eq!(u.len(), self.u.len(), "one value for each vertex and level");
         self.entered = [0.0; 4];
-        self.bounds = u.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)]);
+        self.bounds = Bounds { low: f64::INFINITY, high: f64::NEG_INFINITY };
+        u.iter().for_each(|u| self.bounds.see(*u));
         self.u = u;
     }
 
@@ -167,13 +189,13 @@ impl Diffusion {
     /// How far values lie outside the bounds of all data so far (initial, given and outside values) [u], 0 or more. There is no upper bound
     /// once a flux or a source brought something, no lower one once it took something.
     pub fn overshoot(&self) -> f64 {
-        let [low, high] = self.bounds;
+        let Bounds { low, high } = self.bounds;
         self.u.iter().fold(0.0, |far, u| far.max(low - u).max(u - high))
     }
 
     /// What a run needs, beside the values, to go on with the same bits.
     pub fn state(&self) -> Vec<f64> {
-        [&self.entered[..], &self.bounds, &[self.size]].concat()
+        [&self.entered[..], &[self.bounds.low, self.bounds.high, self.size]].concat()
     }
 
     /// Puts back what [`state`](Self::state) gave, after [`set`](Self::set). Errors: another number of entries.
@@ -182,7 +204,7 @@ impl Diffusion {
             return Err(format!("the state of the moisture has {} numbers, not 7", state.len()));
         };
         self.entered = [top, bottom, rim, sources];
-        self.bounds = [low, high];
+        self.bounds = Bounds { low, high };
         self.size = size;
         Ok(())
     }
@@ -320,7 +342,7 @@ impl Diffusion {
                     jump[i] = value - w[i];
                     w[i] = value;
                     entered[surface.part] += volume[i] * jump[i];
-                    *bounds = [bounds[0].min(value), bounds[1].max(value)];
+                    bounds.see(value);
                 }
             })?;
         }
@@ -335,15 +357,12 @@ impl Diffusion {
         right.fill(0.0);
         self.operator.add_mass(-1.0, &self.jump, right);
         self.operator.add_stiffness(-tau, &self.w, right);
-        let [mut low, mut high] = self.bounds;
-        let mut see = |value: f64| (low, high) = (low.min(value), high.max(value));
-        // A flux or a source that brings something has no upper bound, one that takes something no lower one.
-        let mut moves = |rate: f64| see(if rate == 0.0 { self.w[0] } else { rate * f64::INFINITY });
+        let bounds = &mut self.bounds;
         if let Some(source) = &self.source {
             for (k, rate) in self.jump.iter_mut().enumerate() {
                 let (v, height) = (k / levels, self.levels[k % levels]);
                 *rate = datum((source.rate)(v, height, time), "source", v, time)?;
-                moves(*rate);
+                bounds.moved(*rate);
                 entered[SOURCES] += tau * self.operator.volume[k] * *rate;
             }
             self.operator.add_mass(tau, &self.jump, right);
@@ -355,7 +374,7 @@ impl Diffusion {
                 Law::Flux(data) => {
                     let flux = |v| datum(data(v, time), "flux", v, time);
                     surface.each(levels, heights, flux, |i, area, flux| {
-                        moves(flux);
+                        bounds.moved(flux);
                         right[i] += tau * area * flux;
                         sum += tau * area * flux;
                     })?;
@@ -363,6 +382,7 @@ impl Diffusion {
                 Law::Exchange { coefficient, outside } => {
                     let outside = |v| datum(outside(v, time), "outside value", v, time);
                     surface.each(levels, heights, outside, |i, area, outside| {
+                        bounds.see(outside);
                         let flow = tau * coefficient * area * (outside - self.w[i]);
                         right[i] += flow;
                         sum += flow;
