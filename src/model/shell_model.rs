@@ -234,8 +234,10 @@ impl ShellModel {
             self.x = x;
             self.parts.shell.set_lagged(&lagged);
             self.parts.shell.set_directors(&directors);
-            self.parts.transports.iter_mut().zip(diffused).for_each(|(transport, state)| transport.set_state(state));
-            // What follows held at the present time when that was accepted, so it cannot fail now.
+            // What held at the present time when that was accepted cannot fail now.
+            for (transport, state) in self.parts.transports.iter_mut().zip(diffused) {
+                let _ = transport.set_state(state);
+            }
             let _ = self.follow(self.time);
             self.set_loads(self.time);
         }

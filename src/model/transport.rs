@@ -100,11 +100,11 @@ impl Transport {
         (self.diffusion.values().to_vec(), self.diffusion.state())
     }
 
-    /// Puts a state back.
-    pub fn set_state(&mut self, (values, state): (Vec<f64>, Vec<f64>)) {
+    /// Puts a state back. Errors: one of another size.
+    pub fn set_state(&mut self, (values, state): (Vec<f64>, Vec<f64>)) -> Result<(), String> {
         self.profile.set(&values);
         self.diffusion.set(values);
-        self.diffusion.restore(&state);
+        self.diffusion.restore(&state)
     }
 
     /// Adds its state to a snapshot.
@@ -130,8 +130,7 @@ impl Transport {
             let name = format!("{}_state_{i}", self.name);
             snapshot.number(&name).ok_or(format!("it has no number '{name}'"))
         });
-        self.set_state((field.data.clone(), state.collect::<Result<_, _>>()?));
-        Ok(())
+        self.set_state((field.data.clone(), state.collect::<Result<_, _>>()?))
     }
 
     /// Names of the history's columns.
@@ -152,7 +151,7 @@ impl Transport {
     /// Their values.
     pub fn row(&self) -> [f64; 6] {
         let b = self.diffusion.balance();
-        [b.total, b.top, b.bottom, b.rim, b.source, self.diffusion.overshoot()]
+        [b.content, b.top, b.bottom, b.rim, b.sources, self.diffusion.overshoot()]
     }
 }
 

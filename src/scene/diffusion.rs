@@ -109,7 +109,7 @@ pub enum Scheme {
     #[default]
     BackwardEuler,
     /// Second order, L-stable; values may leave the range of the data a little when a step is long.
-    TrBdf2,
+    Sdirk2,
 }
 
 /// Where rest laws read the values.

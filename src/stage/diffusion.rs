@@ -50,7 +50,7 @@ pub fn transports(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup
         };
         let scheme = match said.scheme {
             scene::Scheme::BackwardEuler => moisture::Scheme::BackwardEuler,
-            scene::Scheme::TrBdf2 => moisture::Scheme::TrBdf2,
+            scene::Scheme::Sdirk2 => moisture::Scheme::Sdirk2,
         };
         let mut diffusion = Diffusion::new(slab, conditions, source, mass, scheme, said.dt)?;
         diffusion.set(profile.values().to_vec());
