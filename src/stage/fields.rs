@@ -128,7 +128,8 @@ impl<'a> Fields<'a> {
             self.shell.set_directors(&directors);
         }
         for (name, profile) in &self.profiles {
-            profile.set(of(state, name, profile.values().len())?);
+            let length = profile.values().len();
+            profile.set(of(state, name, length)?);
         }
         if !self.stiffness.is_empty() {
             self.shell.set_stiffness(self.stiffness());
