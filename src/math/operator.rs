@@ -58,6 +58,12 @@ const fn comparison(value: fn(f64, f64) -> f64) -> Op {
 
 const FLAT: ([f64; 2], [f64; 3]) = ([0.0; 2], [0.0; 3]);
 
+/// First and second derivative of `sign erf(a)`.
+fn bell(a: f64, sign: f64) -> [f64; 2] {
+    let slope = sign * std::f64::consts::FRAC_2_SQRT_PI * (-a * a).exp();
+    [slope, -2.0 * a * slope]
+}
+
 /// `-a`.
 pub(super) const NEGATE: Op = one(|a| -a, |_| [-1.0, 0.0]);
 
@@ -68,9 +74,11 @@ pub(super) const POWER: Op = two(f64::powf, |a, b| {
     ([less(1.0, b), power * ln], [less(2.0, b * (b - 1.0)), a.powf(b - 1.0) * (1.0 + b * ln), power * ln * ln])
 });
 
-pub(super) const FUNCTIONS: [(&str, Op); 21] = [
+pub(super) const FUNCTIONS: [(&str, Op); 23] = [
     ("sin", one(f64::sin, |a| [a.cos(), -a.sin()])),
     ("cos", one(f64::cos, |a| [-a.sin(), -a.cos()])),
+    ("erf", one(libm::erf, |a| bell(a, 1.0))),
+    ("erfc", one(libm::erfc, |a| bell(a, -1.0))),
     (
         "tan",
         one(f64::tan, |a| {

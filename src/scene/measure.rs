@@ -16,6 +16,10 @@ pub enum Statistic {
     Mean,
     /// Median, weighted by area: half of the area has less, half has more.
     Median,
+    /// Largest absolute value.
+    Magnitude,
+    /// Root of the mean square, weighted by area.
+    Rms,
 }
 
 /// Which distance between two shapes.
@@ -163,6 +167,10 @@ pub enum Measure {
         component: usize,
         /// Statistic.
         statistic: Statistic,
+        /// What is taken off each value before, in the field's unit, of x, y, z, r, theta and t, the place (of a face, its centroid) being that
+        /// in the initial mesh: an exact solution, so that the statistic is that of the error. Absent: nothing.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        minus: Option<Expr>,
         /// Name of the region whose faces (for fields of the vertices, its vertices) count. Absent: all.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         region: Option<String>,

@@ -71,7 +71,7 @@ pub const POSITION_AND_TIME: &[&str] = &["x", "y", "z", "t"];
 /// An expression of place and time, as text: `"0.1 * sin(2 * PI * x)"`, or a plain number.
 ///
 /// Which variables it may use is said at each field. Functions: sin cos tan asin acos atan atan2 sinh cosh tanh exp ln log10 sqrt
-/// abs sign floor ceil round min max; operators: + - * / ^ < <= > >= == != && || and `if(c, a, b)`; constants PI, E, TAU.
+/// erf erfc abs sign floor ceil round min max; operators: + - * / ^ < <= > >= == != && || and `if(c, a, b)`; constants PI, E, TAU.
 /// Comparisons give 1 or 0, angles are in radians, and `-x^2` is `-(x^2)`; see [`crate::math::expression`] for the rest.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]

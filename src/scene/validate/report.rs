@@ -59,7 +59,8 @@ fn measure(key: &str, measure: &Measure) -> Check {
             let constant = over.as_ref().and_then(|over| over.parse(SHELL).ok()).filter(|over| over.is_constant());
             constant.map_or(Ok(()), |over| positive(&key, over.eval(&[]), "J"))
         }
-        Measure::Field { name, component, region: of, .. } => {
+        Measure::Field { name, component, minus, region: of, .. } => {
+            optional_expression(&format!("{key}.field.minus"), minus, PLACE_AND_TIME)?;
             named(&format!("{key}.field.name"), name)?;
             region(format!("{key}.field.region"), of)?;
             within(&format!("{key}.field.component"), *component, 0..=8)

@@ -53,7 +53,9 @@ impl Case<'_> {
                 let initial = fields.energies(&self.start, &snapshot)?;
                 Ok(take(fields.energies(&snapshot, &snapshot)?, *part) / take(initial, *part))
             }
-            Measure::Field { name, component, statistic, region } => self.statistic(name, *component, *statistic, region.as_deref(), time),
+            Measure::Field { name, component, statistic, minus, region } => {
+                self.statistic(name, *component, *statistic, minus.as_ref(), region.as_deref(), time)
+            }
             Measure::History { column } => self.last(column),
             Measure::NewtonIterations => Ok(self.last("newton_iterations")? + self.last("fallback_iterations")?),
             Measure::Factorizations => self.last("factorizations"),
@@ -66,9 +68,18 @@ impl Case<'_> {
         Ok(waves(&along(&self.mesh.nodes()), &along(&self.positions(time)?)))
     }
 
-    fn statistic(&self, name: &str, component: usize, statistic: Statistic, region: Option<&str>, time: Option<f64>) -> Result<f64> {
+    fn statistic(
+        &self,
+        name: &str,
+        component: usize,
+        statistic: Statistic,
+        minus: Option<&Expr>,
+        region: Option<&str>,
+        time: Option<f64>,
+    ) -> Result<f64> {
         let topology = Topology::new(&self.mesh.faces);
-        let state = Fields::new(&self.job.scene, &self.mesh, &topology, &self.setup)?.of(&self.snapshot(time)?)?;
+        let snapshot = self.snapshot(time)?;
+        let state = Fields::new(&self.job.scene, &self.mesh, &topology, &self.setup)?.of(&snapshot)?;
         // Scenes name fields with hyphens, as all their keywords; files with underscores.
         let name = name.replace('-', "_");
         let found = state.cell_data.iter().chain(&state.point_data).find(|f| f.name == name);
@@ -87,6 +98,17 @@ impl Case<'_> {
             ));
         }
         let mut values: Vec<f64> = field.data.iter().skip(component).step_by(field.components).copied().collect();
+        if let Some(minus) = minus {
+            let minus = build::field("report: field.minus", minus, scene::PLACE_AND_TIME)?;
+            let mesh = &self.mesh;
+            let places: Vec<Vector3<f64>> = match field.association {
+                Association::Face => {
+                    mesh.faces.iter().map(|face| face.iter().map(|v| mesh.vertices[*v]).sum::<Vector3<f64>>() / 3.0).collect()
+                }
+                _ => mesh.nodes(),
+            };
+            values.iter_mut().zip(&places).for_each(|(value, place)| *value -= minus(place, snapshot.time));
+        }
         let mut weights = weights(&self.mesh, &state, field);
         if let Some(region) = region {
             let members = members(&self.mesh, "report: field.region", region, field.association)?;
@@ -98,6 +120,8 @@ impl Case<'_> {
             Statistic::Max => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             Statistic::Mean => mean(&values, &weights),
             Statistic::Median => median(&values, &weights),
+            Statistic::Magnitude => values.iter().fold(0.0, |m, v| m.max(v.abs())),
+            Statistic::Rms => mean(&values.iter().map(|v| v * v).collect::<Vec<_>>(), &weights).sqrt(),
         })
     }
 }
