@@ -18,6 +18,7 @@ mod mesh_import;
 mod mesh_quadratic;
 mod mesh_validate;
 mod modes;
+mod moisture_scenes;
 mod physics_case;
 mod physics_curvature;
 mod physics_directors;

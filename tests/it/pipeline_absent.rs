@@ -153,3 +153,21 @@ fn stability_and_disturbances() {
     let (with_it, without) = (traces(&disturbed), traces(&resting));
     assert!(with_it.of(&["disturb", "perturb"]).is_empty() && with_it.all().eq(without.all()));
 }
+
+#[test]
+fn moisture_that_diffuses() {
+    let scene = with(DYNAMIC, "m_plus = \"3 * sin(40 * t + 30 * x)\"\nm_minus = \"-2 * t\"\n", "");
+    let law = "[rest]\nramp = \"min(1, 20 * t)\"\n[rest.linear]\nmu = 0.01\n";
+    let table =
+        "[moisture]\nlayers = 2\ndiffusivity = { through = 1e-6, along = 1e-6 }\n[[moisture.boundary]]\nside = \"top\"\nvalue = 3\n";
+    let wet = with(&scene, law, &format!("{table}[rest.linear]\nmu = 0.01\n"));
+    assert_traceless(&wet, &with(&with(&wet, table, ""), "[rest.linear]\nmu = 0.01\n", ""), &["moisture", "diffus"]);
+    let warm = |scene: &str| scene.replace("[moisture]", "[heat]").replace("[[moisture.", "[[heat.");
+    let law = "[rest.linear]\nmu = 0.01\n";
+    let hot = with(&warm(&wet), law, "[rest.thermal]\nexpansion = 0.01\n");
+    assert_traceless(
+        &hot,
+        &with(&with(&hot, &warm(table), ""), "[rest.thermal]\nexpansion = 0.01\n", ""),
+        &["heat", "temperature", "thermal"],
+    );
+}

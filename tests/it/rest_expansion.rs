@@ -117,7 +117,8 @@ fn a_linear_profile_is_the_law_linear_to_first_order() {
         let (coarse, fine) = (difference(1e-3), difference(5e-4));
         for i in usize::from(curved)..2 {
             let order = (coarse[i] / fine[i]).log2();
-            assert!(order > 1.9, "part {i}: order {order} from {coarse:?} to {fine:?}");
+            // On a flat shell the second forms are the same altogether.
+            assert!(order > 1.9 || (!curved && i == 1 && coarse[i] < 1e-12), "part {i}: order {order} from {coarse:?} to {fine:?}");
         }
     }
 }
@@ -136,7 +137,7 @@ fn two_halves_are_the_law_bilayer() {
 
 #[test]
 fn layers_of_their_own_moduli_have_the_forms_of_least_energy() {
-    let layers = vec![Some(Bilayer { top_thickness: 0.3 * H, youngs_moduli: [5e9, 1e9], poissons_ratios: [0.2, 0.4] })];
+    let layers = vec![Some(Bilayer { top_thickness: 0.2 * H, youngs_moduli: [1e9, 2e10], poissons_ratios: [0.2, 0.4] })];
     let mu = [0.02, -0.01];
     let all = law(&[1.0; 4], mu, Some([0.0, 0.01]), layers.clone()).forms(&flat(), 0.0).unwrap();
     let two = sides(false, Profile::Bilayer(layers.clone()), 1.0, 1.0, mu, Some([0.0, 0.01]));
