@@ -396,11 +396,16 @@ impl Diffusion {
         self.change.iter_mut().zip(holder).filter(|(_, holder)| **holder != FREE).for_each(|(change, _)| *change = 0.0);
         self.cholesky.solve(&mut self.change);
         if holder.iter().all(|holder| *holder == FREE) {
-            // Round-off of stiff equations would change the content, which nothing else ties down: the sum of all equations has no stiffness.
-            let diagonal = || self.operator.volume.iter().zip(&self.now.exchange).map(|(volume, exchange)| volume + tau * exchange);
-            let taken: f64 = diagonal().zip(&self.change).map(|(d, change)| d * change).sum();
-            let shift = (entered.iter().sum::<f64>() - taken) / diagonal().sum::<f64>();
-            self.change.iter_mut().for_each(|change| *change += shift);
+            // The sum of all equations has no stiffness; in it, the round-off of stiff equations would add to the content, or take from it.
+            // Changes are scaled so that the sum is met, those up and those down the opposite way.
+            let diagonal = self.operator.volume.iter().zip(&self.now.exchange).map(|(volume, exchange)| volume + tau * exchange);
+            let (mut sum, mut size) = (0.0, 0.0);
+            for (d, change) in diagonal.zip(&self.change) {
+                sum += d * change;
+                size += (d * change).abs();
+            }
+            let scale = if size > 0.0 { (entered.iter().sum::<f64>() - sum) / size } else { 0.0 };
+            self.change.iter_mut().for_each(|change| *change += scale * change.abs());
         }
         for (surface, _) in self.surfaces.iter().zip(&self.active).filter(|(_, active)| **active) {
             let Law::Exchange { coefficient, .. } = surface.law else { continue };

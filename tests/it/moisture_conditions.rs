@@ -103,7 +103,7 @@ fn conditions_switch_at_their_own_times() {
 #[test]
 fn equal_steps_share_one_factorisation() {
     let mesh = square();
-    for (dt, expected) in [(None, 1), (Some(0.03), 1), (Some(0.1), 1)] {
+    for dt in [None, Some(0.03), Some(0.1)] {
         let wet = always(side(&mesh, Side::Top), Law::Exchange { coefficient: 1.0, outside: constant(1.0) });
         let slab = isotropic(&mesh, 0.1, 0.01, cosine_levels(2));
         let mut diffusion = Diffusion::new(slab, vec![wet], None, Mass::Lumped, Scheme::Sdirk2, dt).unwrap();
@@ -114,9 +114,9 @@ fn equal_steps_share_one_factorisation() {
             t += 0.1;
         }
         assert!(t != 300.0);
-        assert_eq!(diffusion.factorizations(), expected, "{dt:?}");
-        diffusion.advance(t, t + 0.05, &[]).unwrap();
-        assert_eq!(diffusion.factorizations(), expected + 1);
+        assert_eq!(diffusion.factorizations(), 1, "{dt:?}");
+        diffusion.advance(t, t + 0.07, &[]).unwrap();
+        assert_eq!(diffusion.factorizations(), 2, "{dt:?}");
     }
 }
 

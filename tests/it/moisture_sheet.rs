@@ -171,9 +171,9 @@ fn space_is_of_second_order_with_an_oblique_tensor_on_jittered_meshes() {
     let (fibres, across) = (turn * Vector3::x(), turn * Vector3::y());
     let plane = |v: Vector3<f64>| v.xy() * v.xy().transpose();
     for mass in MASSES {
-        let errors = [16, 32, 64].map(|n| {
+        let errors = [8, 16, 32].map(|n| {
             let mesh = rectangle([1.0; 2], [n, n], Pattern::Diagonal, 0.25, 11).unwrap();
-            let slab = slab(&mesh, 1.0, [1.0, 0.2, 0.5], fibres, cosine_levels(n / 8));
+            let slab = slab(&mesh, 1.0, [1.0, 0.2, 0.5], fibres, uniform(n / 2));
             let case = Manufactured { tensor: plane(fibres) + 0.2 * plane(across), through: 0.5 };
             let places = mesh.vertices.clone();
             let source = Source { rate: Box::new(move |v, z, _| case.source(places[v].x, places[v].y, z)) };
@@ -186,7 +186,7 @@ fn space_is_of_second_order_with_an_oblique_tensor_on_jittered_meshes() {
         });
         let order = order(&[4.0, 2.0, 1.0], &errors);
         println!("space {mass:?}: {errors:?}, order {order}");
-        assert!((order - 2.0).abs() < 0.15 && errors[2] < 3e-3, "{mass:?}: order {order}, {errors:?}");
+        assert!((order - 2.0).abs() < 0.15 && errors[2] < 5e-3, "{mass:?}: order {order}, {errors:?}");
     }
 }
 
