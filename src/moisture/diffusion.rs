@@ -125,7 +125,7 @@ impl Diffusion {
         let shares = shares(&slab.levels);
         let surfaces = conditions.into_iter().map(|c| Surface::new(c, &slab, &shares)).collect::<Result<Vec<_>>>()?;
         let operator = Operator::new(&slab, mass)?;
-        let cholesky = Cholesky::new(&operator.pattern)?;
+        let cholesky = operator.analyse()?;
         let n = operator.volume.len();
         let constraints = Constraints { holder: vec![FREE; n], exchange: vec![0.0; n] };
         Ok(Diffusion {
