@@ -69,8 +69,7 @@ impl Cholesky {
         let coarse = analyse(blocks, SymmetricOrdering::Amd)?;
         let Some(order) = coarse.perm() else { return Self::new(pattern) };
         let size = pattern.len() / blocks.len().max(1);
-        let expand = |order: &[u32]| order.iter().flat_map(|&b| (0..size).map(move |k| b * size as u32 + k as u32)).collect::<Vec<_>>();
-        let forward = expand(order.arrays().0);
+        let forward: Vec<u32> = order.arrays().0.iter().flat_map(|b| (0..size).map(move |k| b * size as u32 + k as u32)).collect();
         let mut inverse = vec![0; forward.len()];
         forward.iter().enumerate().for_each(|(i, unknown)| inverse[*unknown as usize] = i as u32);
         Self::prepare(analyse(pattern, SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, pattern.len())))?)
