@@ -3,6 +3,8 @@
 //! Times depend on the machine, so each is also given as the number of dense operations (f64 matrix products of faer) that the same
 //! machine does meanwhile: "dense-equivalent kflop". Rounds alternate between the two and the best of each counts, which makes the ratio
 //! robust against a busy machine. `cargo bench --bench assembly` prints the table, `... -- quadratic` the rows with this word.
+//!
+//! A second table compares a step of moisture, its factor reused, with an iteration of Newton's method on the same mesh.
 
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use nalgebra::Vector3;
@@ -10,14 +12,17 @@ use std::hint::black_box;
 use std::time::Instant;
 use thinshell::mesh::generate::{Pattern as Cells, rectangle};
 use thinshell::mesh::{Mesh, Topology};
+use thinshell::moisture::{Condition, Diffusion, Law, Mass, Scheme, Side, Slab, Where, cosine_levels, in_plane_tensor};
 use thinshell::shell::rest::Forms;
 use thinshell::shell::{
     Bilayer, Constitution, Director, Koiter, LinearAverage, LinearFree, Material, Measure, QuadraticFree, Shell, koiter,
 };
-use thinshell::sparse::{Curvature, Numbering, Pattern, System};
+use thinshell::sparse::{Cholesky, Curvature, Kind, Numbering, Pattern, System};
 
 /// Rounds of which the best counts.
 const ROUNDS: usize = 30;
+/// The same for steps of moisture.
+const STEPS: usize = 8;
 /// Rows of the square matrices of the dense product.
 const DENSE: usize = 512;
 
@@ -36,6 +41,7 @@ struct Case {
     name: &'static str,
     shell: Box<dyn Shell>,
     x: Vec<f64>,
+    pattern: Pattern,
     system: System,
     /// Best times of assembly and of extrapolating the stresses [s].
     best: [f64; 2],
@@ -53,7 +59,7 @@ impl Case {
         let pattern = Pattern::new(&numbering, &mut |visit| shell.stencils(visit)).expect("a pattern within 2^32 entries");
         shell.bind(&numbering, &pattern);
         shell.restart(&x);
-        Case { name, shell, x, system: System::new(&pattern), best: [f64::INFINITY; 2] }
+        Case { name, shell, x, system: System::new(&pattern), pattern, best: [f64::INFINITY; 2] }
     }
 
     fn round(&mut self) {
@@ -65,6 +71,46 @@ impl Case {
         self.shell.extrapolate(&self.x, &dx);
         self.best[1] = self.best[1].min(start.elapsed().as_secs_f64());
     }
+}
+
+/// Best times of an iteration of Newton's method, of which [factorisation and solve], and of a step of moisture with 8 layers [s].
+fn moisture(case: &mut Case, mesh: &Mesh) -> [f64; 3] {
+    let dot = |a: usize, b: usize| mesh.vertices[a].dot(&mesh.vertices[b]);
+    let metric = |[a, b, c]: &[usize; 3]| {
+        let product = |p: usize, q: usize| dot(p, q) - dot(p, *a) - dot(*a, q) + dot(*a, *a);
+        [product(*b, *b), product(*b, *c), product(*c, *c)]
+    };
+    let metrics: Vec<[f64; 3]> = mesh.faces.iter().map(metric).collect();
+    let slab = Slab {
+        vertices: mesh.vertices.len(),
+        faces: mesh.faces.clone(),
+        in_plane: metrics.iter().map(|g| in_plane_tensor(*g, [1.0, 0.0], 2e-8, 5e-9)).collect(),
+        metric: metrics,
+        thickness: vec![1e-4; mesh.faces.len()],
+        through: vec![1e-9; mesh.faces.len()],
+        levels: cosine_levels(8),
+    };
+    let place = Where::Side { side: Side::Bottom, faces: (0..mesh.faces.len()).collect() };
+    let wet = Condition { place, law: Law::Value(Box::new(|_, _| 1.0)), window: [0.0, f64::INFINITY], below: None };
+    let mut diffusion = Diffusion::new(slab, vec![wet], None, Mass::Lumped, Scheme::BackwardEuler, None).expect("a valid slab");
+    let mut cholesky = Cholesky::new(&case.pattern).expect("enough memory");
+    let mut best = [f64::INFINITY; 3];
+    for step in 0..STEPS {
+        let start = Instant::now();
+        case.system.clear();
+        case.shell.assemble(&case.x, Curvature::Mixed, &mut case.system);
+        let middle = Instant::now();
+        // The shell is free, so that its pivots may vanish; they cost the same.
+        black_box(cholesky.refactor(&case.pattern, &case.system.matrix, Kind::Ldlt).is_ok());
+        cholesky.solve(&mut case.system.gradient);
+        let (newton, factor) = (start.elapsed().as_secs_f64(), middle.elapsed().as_secs_f64());
+        let start = Instant::now();
+        diffusion.advance(step as f64, step as f64 + 1.0, &[]).expect("finite data");
+        let times = [newton, factor, start.elapsed().as_secs_f64()];
+        best.iter_mut().zip(times).for_each(|(best, time)| *best = best.min(time));
+    }
+    assert_eq!(diffusion.factorizations(), 1);
+    best
 }
 
 fn square(cells: usize) -> (Mesh, Topology, Vec<Director>, Vec<Material>) {
@@ -88,6 +134,7 @@ fn main() {
         let laws = vec![*constitution; mesh.faces.len()];
         cases.push(Case::new(name, koiter(element, materials.clone(), laws, None), &mesh.vertices));
     }
+    let fine = mesh;
     let (mesh, topology, free, materials) = square(50);
     let midpoints: Vec<_> = topology.edges.iter().map(|[a, b]| 0.5 * (mesh.vertices[*a] + mesh.vertices[*b])).collect();
     let element = QuadraticFree::new(&mesh, &topology, &midpoints, Measure::Tan, &free);
@@ -118,5 +165,13 @@ fn main() {
         let [a, e] = case.best.map(|t| t / case.shell.faces() as f64);
         let [fa, fe] = [a, e].map(|t| t * rate * 1e-3);
         println!("{:<22} {:>8} {:>12.3} {:>14.3} {:>14.1} {:>14.1}", case.name, case.shell.faces(), a * 1e6, e * 1e6, fa, fe);
+    }
+    println!();
+    println!("{:<22} {:>8} {:>12} {:>18} {:>14} {:>8}", "ms", "faces", "Newton step", "of which factor", "moisture step", "ratio");
+    for case in cases.iter_mut().filter(|case| case.name.contains("free-tan")) {
+        let mesh = if case.name.starts_with("linear") { &fine } else { &mesh };
+        let [newton, factor, step] = moisture(case, mesh).map(|t| 1e3 * t);
+        let (faces, ratio) = (case.shell.faces(), step / newton);
+        println!("{:<22} {:>8} {:>12.1} {:>18.1} {:>14.1} {:>8.2}", case.name, faces, newton, factor, step, ratio);
     }
 }

@@ -125,7 +125,7 @@ impl Diffusion {
         let shares = shares(&slab.levels);
         let surfaces = conditions.into_iter().map(|c| Surface::new(c, &slab, &shares)).collect::<Result<Vec<_>>>()?;
         let operator = Operator::new(&slab, mass)?;
-        let cholesky = Cholesky::new(&operator.pattern)?;
+        let cholesky = operator.analyse()?;
         let n = operator.volume.len();
         let constraints = Constraints { holder: vec![FREE; n], exchange: vec![0.0; n] };
         Ok(Diffusion {
@@ -395,6 +395,18 @@ impl Diffusion {
         self.change.copy_from_slice(right);
         self.change.iter_mut().zip(holder).filter(|(_, holder)| **holder != FREE).for_each(|(change, _)| *change = 0.0);
         self.cholesky.solve(&mut self.change);
+        if holder.iter().all(|holder| *holder == FREE) {
+            // The sum of all equations has no stiffness; in it, the round-off of stiff equations would add to the content, or take from it.
+            // Changes are scaled so that the sum is met, those up and those down the opposite way.
+            let diagonal = self.operator.volume.iter().zip(&self.now.exchange).map(|(volume, exchange)| volume + tau * exchange);
+            let (mut sum, mut size) = (0.0, 0.0);
+            for (d, change) in diagonal.zip(&self.change) {
+                sum += d * change;
+                size += (d * change).abs();
+            }
+            let scale = if size > 0.0 { (entered.iter().sum::<f64>() - sum) / size } else { 0.0 };
+            self.change.iter_mut().for_each(|change| *change += scale * change.abs());
+        }
         for (surface, _) in self.surfaces.iter().zip(&self.active).filter(|(_, active)| **active) {
             let Law::Exchange { coefficient, .. } = surface.law else { continue };
             let mut sum = 0.0;

@@ -5,7 +5,7 @@
 
 use super::slab::{Mass, Slab};
 use crate::error::{Error, Result};
-use crate::sparse::{Numbering, Pattern, Scatter, System};
+use crate::sparse::{Cholesky, Numbering, Pattern, Scatter, System};
 
 /// Barycentric gradients of a face.
 const GRADIENTS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
@@ -14,6 +14,8 @@ const GRADIENTS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
 pub(super) struct Operator {
     /// Lower triangle.
     pub pattern: Pattern,
+    /// The same over vertices.
+    sheet: Pattern,
     /// Stiffness off the diagonal [m3/s]; its rows add up to 0. Entries of the diagonal are 0.
     stiffness: Vec<f64>,
     /// Mass off the diagonal [m3], if there is any.
@@ -90,11 +92,12 @@ impl Operator {
             stiffness: Vec::new(),
             mass: (!lumped).then(Vec::new),
             volume: vec![0.0; slab.vertices * levels],
+            sheet,
         };
         for v in 0..slab.vertices {
             for l in 0..levels {
-                for entry in sheet.column_start[v] as usize..sheet.column_start[v + 1] as usize {
-                    let w = sheet.row[entry] as usize;
+                for entry in operator.sheet.column_start[v] as usize..operator.sheet.column_start[v + 1] as usize {
+                    let w = operator.sheet.row[entry] as usize;
                     let first = if w == v || lumped { l } else { l.saturating_sub(1) };
                     let last = if w == v || !lumped { (l + 1).min(levels - 1) } else { l };
                     for m in first..=last {
@@ -118,6 +121,11 @@ impl Operator {
             }
         }
         Ok(operator)
+    }
+
+    /// Analysis of the pattern, in the order of the columns of unknowns over vertices. Errors: out of memory.
+    pub fn analyse(&self) -> Result<Cholesky> {
+        Cholesky::of_blocks(&self.pattern, &self.sheet)
     }
 
     /// Shows entries off the diagonal: slot, row, column.
