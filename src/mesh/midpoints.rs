@@ -6,7 +6,7 @@
 use super::{Mesh, Stars, Topology};
 use nalgebra::{SMatrix, SVector, Vector3};
 
-/// How near to the rim, relative to its radius, a vertex counts as lying on it.
+/// How near to the rim, relative to the radius, a vertex counts as lying on it.
 const ON_RIM: f64 = 1e-9;
 /// Rings of faces whose vertices a fit takes, at least and at most, and vertices from which on it takes no more.
 const RINGS: [usize; 2] = [2, 4];
@@ -36,7 +36,8 @@ pub enum Surface {
         /// Radius [m].
         radius: f64,
     },
-    /// Sphere around the origin: halfway along the great circle through the two ends.
+    /// Cap of a sphere around the origin with its rim around the z axis: halfway along the great circle through the two ends, for edges of
+    /// the rim along the rim.
     Sphere {
         /// Radius [m].
         radius: f64,
@@ -72,7 +73,10 @@ pub fn place(mesh: &mut Mesh, surface: Surface) {
                 if on_rim { around(a, b, radius) } else { straight }
             }
             Surface::Cylinder { radius } => around(a, b, radius),
-            Surface::Sphere { radius } => (a + b).try_normalize(0.0).map_or(straight, |direction| radius * direction),
+            Surface::Sphere { radius } => {
+                let on_rim = topology.is_boundary(edge) && (a.z - b.z).abs() <= ON_RIM * radius;
+                if on_rim { around(a, b, radii[0]) } else { (a + b).try_normalize(0.0).map_or(straight, |direction| radius * direction) }
+            }
             Surface::Smooth => {
                 let heights: Vec<Vector3<f64>> =
                     ends.iter().filter_map(|&v| patches[v].as_ref()).map(|patch| patch.lift(straight)).collect();

@@ -9,6 +9,7 @@ pub mod generate;
 pub mod import;
 pub mod midpoints;
 mod quality;
+mod refine;
 mod region;
 mod topology;
 pub mod validate;
@@ -18,6 +19,7 @@ use std::collections::BTreeMap;
 
 pub use field::{FieldOn, FieldSampler, MeshField};
 pub use quality::Quality;
+pub use refine::refine;
 pub use region::Region;
 pub(crate) use topology::Stars;
 pub use topology::{EdgeFace, Topology};
@@ -50,13 +52,6 @@ impl Mesh {
         let edges = Topology::new(&self.faces).face_edges;
         let node = |edge: usize| self.vertices.len() + edge;
         self.faces.iter().zip(edges).map(|([a, b, c], e)| [*a, *b, *c, node(e[2]), node(e[0]), node(e[1])]).collect()
-    }
-
-    /// Straight faces through all nodes: each curved face becomes four, face `f` the faces `4 f` to `4 f + 3`. Without regions and fields.
-    fn divided(&self) -> Mesh {
-        let faces =
-            self.six_node_faces().into_iter().flat_map(|[a, b, c, ab, bc, ca]| [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]);
-        Mesh { vertices: self.nodes(), faces: faces.collect(), ..Mesh::default() }
     }
 
     /// Drops the vertices that are not to be kept, also from regions and fields. Every vertex of a face must be kept.

@@ -51,8 +51,8 @@ impl LadderRow {
         format!("{}, {}, {} m{sampling}", self.director, self.mesh, number(self.thickness))
     }
 
-    /// Notes what the row misses of a least order, fitted over all resolutions, and a largest error. What is not known is missed.
-    pub fn expect(&mut self, least_order: Option<f64>, largest_error: Option<f64>, source: &str) {
+    /// Notes what the row misses of a least order and a largest error. What is not known is missed. `order`: which of its orders counts.
+    pub fn expect(&mut self, order: Option<f64>, least_order: Option<f64>, largest_error: Option<f64>, source: &str) {
         let mut check = |what: &str, value: Option<f64>, bound: Option<f64>, meets: fn(f64, f64) -> bool| {
             let Some(bound) = bound else { return };
             if !value.is_some_and(|value| meets(value, bound)) {
@@ -60,7 +60,7 @@ impl LadderRow {
                 self.missed.push(format!("{what} {value}, expected {} ({source})", number(bound)));
             }
         };
-        check("order", self.fitted_order, least_order, |value, bound| value >= bound);
+        check("order", order, least_order, |value, bound| value >= bound);
         check("error", self.error, largest_error, |value, bound| value <= bound);
     }
 }

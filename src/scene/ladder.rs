@@ -13,8 +13,11 @@ pub struct Ladder {
     /// Exact value.
     #[serde(default)]
     pub reference: f64,
-    /// Factors on the scene's numbers of cells (rings, inverse triangle size), ascending.
+    /// Factors on the scene's numbers of cells (rings, inverse triangle size), ascending. Of a mesh file, the first is 1 and finer ones are split.
     pub resolutions: Vec<f64>,
+    /// How meshes become finer than that of the first resolution.
+    #[serde(default)]
+    pub refinement: Refinement,
     /// Variants of a rectangle's mesh. Absent: the scene's own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<LadderMesh>,
@@ -33,6 +36,17 @@ pub struct Ladder {
     /// What is expected at the finest resolution.
     #[serde(default, rename = "expect", skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<LadderExpectation>,
+}
+
+/// How the meshes of a ladder become finer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Refinement {
+    /// Each is made anew. Irregular ones are then not similar to each other, and errors go down by uneven steps.
+    #[default]
+    Anew,
+    /// The faces of the first are split as by `[refine]`; each resolution is 2, 4, 8, ... times the first.
+    Split,
 }
 
 /// What is expected of the finest run of every kind that it names. Names that are absent stand for all.
@@ -54,12 +68,15 @@ pub struct LadderExpectation {
     /// Sampling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sampling: Option<Sampling>,
-    /// Smallest order, fitted over all resolutions, that passes [1].
+    /// Smallest order that passes [1]: fitted over all resolutions, or where meshes are split from one another, that of the two finest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_order: Option<f64>,
     /// Largest error that passes, in the measure's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_error: Option<f64>,
+    /// Names of `[[report.expect]]` that must be met as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meets: Vec<String>,
     /// Where these come from.
     pub source: String,
 }

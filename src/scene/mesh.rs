@@ -183,7 +183,7 @@ pub struct MeshFile {
     /// Factor that turns the file's lengths into metres, > 0 (0.001 for a file in mm).
     #[serde(default = "one")]
     pub scale: f64,
-    /// Where the quadratic element has the middles of the edges of a linear file; a quadratic file brings its own.
+    /// Where the quadratic element and `[refine]` have the middles of the edges of a linear file; a quadratic file brings its own.
     #[serde(default)]
     pub midpoints: Midpoints,
 }
@@ -201,6 +201,16 @@ pub enum Midpoints {
 
 fn one() -> f64 {
     1.0
+}
+
+/// Splits every face of the mesh into four, through the middles of its edges, so that finer meshes are like coarser ones. Middles lie on the
+/// rims and surfaces of the generators and on the curved faces of quadratic files, halfway along the straight edges elsewhere; of a linear file
+/// as its `midpoints` says. Regions and fields of the mesh come along; regions by `where` and `nearest` are those of the refined mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Refine {
+    /// How often, 1 to 12: each time there are four times as many faces, 2e7 at most.
+    pub times: usize,
 }
 
 /// Replaces the shape of the mesh, a surface in one piece with one boundary and no holes or handles, by its conformal image in the xy plane,

@@ -27,14 +27,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use diffusion::{Boundary, Diffusion, DiffusionMass, DiffusionRegion, Diffusivity, Exchange, Scheme, Seen, Side, Spacing};
-pub use ladder::{Ladder, LadderExpectation, LadderMesh};
+pub use ladder::{Ladder, LadderExpectation, LadderMesh, Refinement};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
 pub use material::{Composition, Lame, Layer, Layers, Material, OrthotropicModuli};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
-    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, RegionTable, SphereCap,
-    Triangulation,
+    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, Refine, RegionTable,
+    SphereCap, Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Report};
@@ -133,6 +133,9 @@ pub struct Scene {
     pub description: String,
     /// Where the triangles come from.
     pub mesh: MeshTable,
+    /// Splits the faces of the mesh, before it is flattened. Absent: the mesh is as it was made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refine: Option<Refine>,
     /// Flattens the mesh by a conformal map. Absent: the mesh keeps its shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flatten: Option<Flatten>,

@@ -15,6 +15,8 @@ pub(super) type Check = Result<(), Fault>;
 const CELLS: RangeInclusive<usize> = 1..=10_000;
 /// As many as the names of checkpoints have digits for.
 const MOST_STEPS: f64 = 1e8;
+/// After that a single face has become nearly as many as a mesh may have.
+const REFINEMENTS: RangeInclusive<usize> = 1..=12;
 const RINGS: RangeInclusive<usize> = 1..=5_000;
 
 fn fault(key: &str, message: impl Into<String>) -> Fault {
@@ -67,6 +69,7 @@ pub(super) fn expressions<'a>(key: &str, texts: impl IntoIterator<Item = &'a Exp
 /// Every rule.
 pub(super) fn scene(scene: &Scene) -> Check {
     mesh(&scene.mesh)?;
+    scene.refine.map_or(Ok(()), |table| within("refine.times", table.times, REFINEMENTS))?;
     if let Some(flatten) = &scene.flatten {
         positive_or_absent("flatten.radius", flatten.radius, "m")?;
         let has_radius = flatten.radius.is_none() || flatten.onto == FlattenOnto::Disc;

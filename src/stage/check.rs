@@ -34,6 +34,9 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if !scene.title.is_empty() {
         parts.insert(0, ("title", scene.title.clone()));
     }
+    if let Some(refine) = &scene.refine {
+        parts.push(("refine", format!("{} times, each face into four", refine.times)));
+    }
     if let Some(direction) = &scene.machine_direction {
         parts.push(("fibres", machine_direction(direction)));
     }

@@ -6,7 +6,7 @@ use crate::case::{Archive, Folder, Kind, hash, mesh_from_archive, mesh_to_archiv
 use crate::error::{Error, Result};
 use crate::mesh::conformal::{self, Onto};
 use crate::mesh::midpoints::{self, Surface};
-use crate::mesh::{FieldOn, Mesh, MeshField, Quality, generate, import, validate};
+use crate::mesh::{FieldOn, Mesh, MeshField, Quality, generate, import, refine, validate};
 use crate::scene::{self, MeshTable, Pattern, Scene};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ pub fn path(job: &Job) -> PathBuf {
 
 /// Hash of what the stage's file is made from: its tables and the mesh file, if there is one.
 pub fn inputs(job: &Job) -> Result<String> {
-    let regions = serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.flatten))
+    let regions = serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.refine, &job.scene.flatten))
         .map_err(|e| Error::input("scene", e.to_string()))?;
     let mesh = of_table(&job.scene.mesh, &job.scene_file)?;
     let shape = match job.scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
@@ -92,13 +92,27 @@ fn beside(scene_file: &Path, path: &Path) -> PathBuf {
 /// The surface on which the midpoints of the edges lie, unless a file brings them.
 fn surface(table: &MeshTable) -> Surface {
     match table {
-        MeshTable::File(t) if t.midpoints == scene::Midpoints::Smooth => Surface::Smooth,
-        MeshTable::Rectangle(_) | MeshTable::Outline(_) | MeshTable::File(_) => Surface::Plane,
+        MeshTable::File(t) => of_file(t),
+        MeshTable::Rectangle(_) | MeshTable::Outline(_) => Surface::Plane,
         MeshTable::Disc(t) => Surface::Disc { radius: t.radius },
         MeshTable::Annulus(_) => Surface::Annulus,
         MeshTable::Cylinder(t) => Surface::Cylinder { radius: t.radius },
         MeshTable::SphereCap(t) => Surface::Sphere { radius: t.radius },
     }
+}
+
+fn of_file(table: &scene::MeshFile) -> Surface {
+    match table.midpoints {
+        scene::Midpoints::Straight => Surface::Plane,
+        scene::Midpoints::Smooth => Surface::Smooth,
+    }
+}
+
+/// Splits the faces of a mesh as often as the scene says.
+fn refined(mesh: &mut Mesh, table: Option<scene::Refine>, surface: Surface, place: &str) -> Result<()> {
+    let Some(table) = table else { return Ok(()) };
+    refine(mesh, table.times, surface)?;
+    validate::check(mesh, place).map(|_| ())
 }
 
 /// Refuses a place that is farther from its vertex than half the mesh is large: a slip of the unit or of the place.
@@ -118,10 +132,11 @@ pub fn near(mesh: &Mesh, vertex: usize, place: &Vector3<f64>) -> Result<(), Stri
 pub const REST_SHAPE: &str = "rest_shape";
 
 /// Positions of the nodes in another mesh file with the same faces.
-fn other_shape(path: &Path, table: &scene::MeshFile, mesh: &Mesh) -> Result<MeshField> {
+fn other_shape(path: &Path, table: &scene::MeshFile, splits: Option<scene::Refine>, mesh: &Mesh) -> Result<MeshField> {
     let place = path.display().to_string();
     let (mut other, _) = import::read(path, table.scale)?;
     validate::check(&mut other, &place)?;
+    refined(&mut other, splits, of_file(table), &place)?;
     if other.faces != mesh.faces {
         let differs = other.faces.iter().zip(&mesh.faces).position(|(a, b)| a != b);
         let what = differs.map_or(format!("it has {} faces", other.faces.len()), |f| format!("face {f} has other vertices"));
@@ -130,7 +145,7 @@ fn other_shape(path: &Path, table: &scene::MeshFile, mesh: &Mesh) -> Result<Mesh
     if mesh.midpoints.is_empty() {
         other.drop_midpoints();
     } else if other.midpoints.is_empty() {
-        midpoints::place(&mut other, if table.midpoints == scene::Midpoints::Smooth { Surface::Smooth } else { Surface::Plane });
+        midpoints::place(&mut other, of_file(table));
     }
     let data: Vec<f64> = other.nodes().iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     if data.len() != 3 * mesh.nodes().len() {
@@ -194,9 +209,10 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
         }
     };
     warnings.extend(validate::check(&mut mesh, &place)?);
+    let surface = surface(&scene.mesh);
+    refined(&mut mesh, scene.refine, surface, &place)?;
     if scene.shell.element == scene::Element::Quadratic {
         if mesh.midpoints.is_empty() {
-            let surface = surface(&scene.mesh);
             midpoints::place(&mut mesh, surface);
             validate::check(&mut mesh, &place)?;
             if matches!((&scene.mesh, surface), (MeshTable::File(_), Surface::Plane)) {
@@ -227,7 +243,7 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     }
     if let Some(scene::Shape::File(table)) = scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
         let path = beside(scene_file, &table.path);
-        let shape = other_shape(&path, table, &mesh)?;
+        let shape = other_shape(&path, table, scene.refine, &mesh)?;
         if mesh.fields.insert(REST_SHAPE.to_owned(), shape).is_some() {
             return Err(Error::input("rest.shape.file", format!("the mesh file has a field '{REST_SHAPE}' already")));
         }

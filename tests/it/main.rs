@@ -16,6 +16,7 @@ mod mesh_files;
 mod mesh_generate;
 mod mesh_import;
 mod mesh_quadratic;
+mod mesh_refine;
 mod mesh_validate;
 mod modes;
 mod moisture_bounds;

@@ -40,6 +40,9 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("jitter = 0.1", "triangulation = §{ size = 0.1 }", "needs `pattern = \"delaunay\"`"),
     ("jitter = 0.1", "pattern = \"delaunay\"\ntriangulation = { size = §0 }", "mesh.rectangle.triangulation.size = 0: must be > 0"),
     ("jitter = 0.1", "pattern = \"delaunay\"\ntriangulation = { size = 1, min_angle = §31 }", "must be 0 to 30"),
+    ("[refine]\ntimes = 1", "[refine]\ntimes = §0", "refine.times = 0: must be 1 to 12"),
+    ("[refine]\ntimes = 1", "[refine]\ntimes = §13", "refine.times = 13: must be 1 to 12"),
+    ("[refine]\ntimes = 1", "§[refine]", "refine.times: this key is missing"),
     // Regions.
     ("name = \"tip\"\nwhere", "name = §\"\"\nwhere", "region.0.name = \"\": must not be empty"),
     ("name = \"corner\"", "name = §\"tip\"", "region.1.name = \"tip\": a region of this name comes before"),
@@ -141,6 +144,10 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("resolutions = [1.0, 2.0]", "resolutions = §[]", "report.ladder.resolutions = []: must not be empty"),
     ("resolutions = [1.0, 2.0]", "resolutions = [1.0, §1.0]", "report.ladder.resolutions.1 = 1.0: must be larger than the one before"),
     ("resolutions = [1.0, 2.0]", "resolutions = [§-1.0, 2.0]", "report.ladder.resolutions.0 = -1.0: must be > 0 [1]"),
+    ("resolutions = [1.0, 2.0]", "resolutions = [1.0, §3.0]", "report.ladder.resolutions.1 = 3.0: must be the first times 2, 4, 8"),
+    ("resolutions = [1.0, 2.0]", "resolutions = [1.5, 3.0, §4.5]", "report.ladder.resolutions.2 = 4.5: must be the first times 2, 4, 8"),
+    ("refinement = \"split\"", "refinement = §\"halved\"", "`halved` is not a choice here"),
+    ("meets = [\"tip\"]", "meets = [\"tip\", §\"tap\"]", "report.ladder.expect.0.meets.1 = \"tap\": is the name of no [[report.expect]]"),
     ("pattern = \"criss-cross\"", "pattern = \"delaunay\", jitter = §0.1", "report.ladder.meshes.0.jitter = 0.1: cannot be combined"),
     ("thicknesses = [1e-3, 1e-4]", "thicknesses = [1e-3, §0]", "report.ladder.thicknesses.1 = 0: must be > 0 [m]"),
     ("[\"edges\", \"centroid\"]", "[\"edges\", §\"edges\"]", "report.ladder.samplings.1 = \"edges\": comes twice"),
@@ -155,7 +162,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         "[[report.ladder.expect]]",
         "§[[report.ladder.expect]]\nsource = \"a\"\n[[report.ladder.expect]]",
-        "report.ladder.expect.0: must give `least_order` or `largest_error`",
+        "report.ladder.expect.0: must give `least_order`, `largest_error` or `meets`",
     ),
     // Sweeps.
     ("name = \"thickness and width\"", "name = §\"\"", "report.sweep.0.name = \"\": must not be empty"),

@@ -78,6 +78,14 @@ fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
     for (i, &factor) in ladder.resolutions.iter().enumerate() {
         positive(&format!("{key}.{i}"), factor, "1")?;
         require(&format!("{key}.{i}"), i == 0 || ladder.resolutions[i - 1] < factor, "must be larger than the one before")?;
+        let doublings = (factor / ladder.resolutions[0]).log2();
+        let splits = ladder.refinement == Refinement::Anew || (doublings - doublings.round()).abs() < 1e-9;
+        require(&format!("{key}.{i}"), splits, "must be the first times 2, 4, 8, ..., since meshes are split")?;
+    }
+    if matches!(scene.mesh, MeshTable::File(_)) {
+        require(&format!("{key}.0"), ladder.resolutions[0] == 1.0, "must be 1, since the mesh is a file's")?;
+        let splits = ladder.refinement == Refinement::Split || ladder.resolutions.len() == 1;
+        require("report.ladder.refinement", splits, "must be \"split\", since the mesh is a file's")?;
     }
     for (i, table) in ladder.meshes.iter().enumerate() {
         let key = format!("report.ladder.meshes.{i}");
@@ -117,8 +125,12 @@ fn ladder_expectation(key: &str, table: &LadderExpectation, ladder: &Ladder, sce
     let mesh = table.mesh.as_ref().is_none_or(|name| ladder.meshes.iter().any(|mesh| mesh.name == *name));
     require(&format!("{key}.mesh"), mesh, "is not among those of the ladder")?;
     require(&format!("{key}.sampling"), table.sampling.is_none_or(|s| ladder.samplings.contains(&s)), "is not among those of the ladder")?;
-    let some = table.least_order.is_some() || table.largest_error.is_some();
-    require(key, some, "must give `least_order` or `largest_error`")?;
+    let some = table.least_order.is_some() || table.largest_error.is_some() || !table.meets.is_empty();
+    require(key, some, "must give `least_order`, `largest_error` or `meets`")?;
+    for (i, name) in table.meets.iter().enumerate() {
+        let known = scene.report.iter().flat_map(|report| &report.expectations).any(|expected| expected.name == *name);
+        require(&format!("{key}.meets.{i}"), known, "is the name of no [[report.expect]]")?;
+    }
     finite(&format!("{key}.least_order"), table.least_order.as_slice(), "1")?;
     let pairs = table.least_order.is_none() || ladder.resolutions.len() > 1;
     require(&format!("{key}.least_order"), pairs, "needs two resolutions to compare")?;

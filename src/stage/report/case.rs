@@ -117,12 +117,12 @@ pub struct Trial {
     pub longest_edge: f64,
 }
 
-/// Runs a case and measures its end. Equations that cannot be solved are a result; other errors are errors.
-pub fn attempt(job: &Job, measures: &[&crate::scene::Measure]) -> Result<Trial> {
+/// Runs a case and takes measures at their times, or at the end. Equations that cannot be solved are a result; other errors are errors.
+pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Option<f64>)]) -> Result<Trial> {
     match all::until_run(job) {
         Ok(()) => {
             let case = Case::load(job)?;
-            let values = measures.iter().map(|m| Ok(Some(case.measure(m, None)?).filter(|v| v.is_finite())));
+            let values = measures.iter().map(|(m, time)| Ok(Some(case.measure(m, *time)?).filter(|v| v.is_finite())));
             Ok(Trial {
                 values: Ok(values.collect::<Result<_>>()?),
                 cost: case.cost()?,

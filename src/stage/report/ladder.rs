@@ -4,7 +4,9 @@ use super::super::Job;
 use super::case::attempt;
 use crate::error::{Error, Result};
 use crate::report::{LadderRow, ladder as table};
-use crate::scene::{Director, Element, Ladder, LadderExpectation, LadderMesh, MeshTable, Rest, Sampling};
+use crate::scene::{
+    Director, Element, Expectation, Ladder, LadderExpectation, LadderMesh, MeshTable, Refine, Refinement, Rest, Sampling, Scene,
+};
 use std::path::Path;
 
 /// What of the scene a ladder varies besides the resolution.
@@ -24,13 +26,16 @@ struct Variant<'a> {
 /// A scene without a ladder, input errors of any combination, [`Error::Missed`] when an expectation of the ladder is. Numerical failures
 /// become rows that say so.
 pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
-    let Some(ladder) = job.scene.report.as_ref().and_then(|r| r.ladder.clone()) else {
+    let Some((report, ladder)) = job.scene.report.as_ref().and_then(|r| Some((r, r.ladder.as_ref()?))) else {
         return Err(Error::input(job.scene_file.display().to_string(), "the scene has no [report.ladder]"));
     };
     let mut rows = Vec::new();
-    for variant in variants(job, &ladder) {
+    for variant in variants(job, ladder) {
+        let meets: Vec<&String> = ladder.expectations.iter().filter(|e| variant.is_meant_by(e)).flat_map(|e| &e.meets).collect();
+        let met: Vec<&Expectation> = report.expectations.iter().filter(|e| meets.contains(&&e.name)).collect();
         for resolution in &ladder.resolutions {
-            let row = run(job, &ladder, &variant, *resolution)?;
+            let is_finest = ladder.resolutions.last() == Some(resolution);
+            let row = run(job, ladder, &variant, *resolution, if is_finest { &met } else { &[] })?;
             let error = row.error.map_or("none".to_owned(), |e| format!("{e:.3e}"));
             log::info!("{}, {} faces: error {error}", row.kind(), row.faces);
             rows.push(row);
@@ -39,9 +44,13 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
     table::orders(&mut rows);
     // The finest run of a variant is its last.
     let finest = rows.chunks_exact_mut(ladder.resolutions.len().max(1)).filter_map(|rows| rows.last_mut());
-    for (row, variant) in finest.zip(variants(job, &ladder)) {
+    for (row, variant) in finest.zip(variants(job, ladder)) {
+        let order = match ladder.refinement {
+            Refinement::Anew => row.fitted_order,
+            Refinement::Split => row.order,
+        };
         for expected in ladder.expectations.iter().filter(|e| variant.is_meant_by(e)) {
-            row.expect(expected.least_order, expected.largest_error, &expected.source);
+            row.expect(order, expected.least_order, expected.largest_error, &expected.source);
         }
     }
     super::publish(job, "ladder", &table::to_json(&rows), &table::to_markdown(&rows), json)?;
@@ -81,15 +90,25 @@ impl Variant<'_> {
     }
 }
 
-fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64) -> Result<LadderRow> {
+/// One run. `met`: what of the scene's own expectations it must meet.
+fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64, met: &[&Expectation]) -> Result<LadderRow> {
     let mut scene = job.scene.clone();
     (scene.shell.element, scene.shell.director, scene.shell.thickness) = (variant.element, variant.director, variant.thickness);
     if let Some(sampling) = variant.sampling {
         scene.rest.get_or_insert_with(Rest::default).sampling = sampling;
     }
-    vary_mesh(&mut scene.mesh, variant.mesh, resolution);
+    refine(&mut scene, ladder, variant.mesh, resolution);
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
-    let trial = attempt(&Job { scene, case: folder.path().to_path_buf(), quiet: true, ..job.clone() }, &[&ladder.measure])?;
+    let measures: Vec<_> = std::iter::once((&ladder.measure, None)).chain(met.iter().map(|e| (&e.measure, e.time))).collect();
+    let trial = attempt(&Job { scene, case: folder.path().to_path_buf(), quiet: true, ..job.clone() }, &measures)?;
+    let values = trial.values.as_ref().map_or(&[][..], |values| &values[1..]);
+    let missed = met.iter().enumerate().filter_map(|(i, e)| {
+        let value = values.get(i).copied().flatten();
+        let text = value.map_or("unknown".to_owned(), |value| value.to_string());
+        let passes = value.is_some_and(|value| (value - e.reference).abs() <= e.tolerance);
+        (!passes).then(|| format!("{} {text}, expected {} +- {} ({})", e.name, e.reference, e.tolerance, e.source))
+    });
+    let missed = missed.collect();
     let (error, failure) = match trial.values {
         Ok(values) => match values.first().copied().flatten() {
             Some(value) => (Some((value - ladder.reference).abs()), None),
@@ -112,11 +131,27 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64) -> Result
         wall_s: trial.cost.wall_s,
         factorizations: trial.cost.factorizations,
         failure,
+        missed,
         ..LadderRow::default()
     })
 }
 
-/// The scene's mesh in another variant, and finer by a factor.
+/// Gives the scene its mesh in another variant and at a resolution.
+fn refine(scene: &mut Scene, ladder: &Ladder, variant: Option<&LadderMesh>, resolution: f64) {
+    let first = ladder.resolutions[0];
+    match ladder.refinement {
+        Refinement::Anew => vary_mesh(&mut scene.mesh, variant, resolution),
+        Refinement::Split => {
+            vary_mesh(&mut scene.mesh, variant, first);
+            let times = (resolution / first).log2().round() as usize;
+            if times > 0 {
+                scene.refine.get_or_insert(Refine { times: 0 }).times += times;
+            }
+        }
+    }
+}
+
+/// The mesh in another variant, and finer by a factor; that of a file is what it is.
 fn vary_mesh(mesh: &mut MeshTable, variant: Option<&LadderMesh>, resolution: f64) {
     let finer = |n: &mut usize| *n = (*n as f64 * resolution).round().max(1.0) as usize;
     match mesh {

@@ -74,7 +74,7 @@ fn plan(job: &Job, sweep: &scene::Sweep) -> Result<Vec<Run>> {
 fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
     let step = Job { scene: run.scene, scene_text: run.text, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
-    let measures: Vec<_> = sweep.measures.iter().map(|m| &m.measure).collect();
+    let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, None)).collect();
     let trial = attempt(&step, &measures)?;
     let cost = trial.cost;
     let (measured, failure) = match trial.values {
