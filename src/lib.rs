@@ -39,6 +39,7 @@
 //! | `p`, `phi` | frozen reference of an edge's director and the director's angle from it, turning about the edge | 1, rad |
 //! | `m+`, `m-` | additional moisture at the top (the side of the normal) and the bottom | % |
 //! | `eta` | viscosity over modulus | s |
+//! | `u`, `D` | what diffuses (moisture, heat) and its diffusivity | the caller's, m2/s |
 //!
 //! # How to add a physical effect
 //!
@@ -48,7 +49,11 @@
 //!
 //! # Known gaps
 //!
+<<<<<<< HEAD
 //! Contact, incompressible rubber, reactions, arc length and
+=======
+//! Contact, diffusion of moisture in scenes, incompressible rubber, reactions, arc length and
+>>>>>>> moisture
 //! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
 //!

@@ -216,7 +216,7 @@ impl Diffusion {
     /// that differ by no more than the round-off of the times are equal.
     ///
     /// # Errors
-    /// Data that are not finite, by vertex and time. Values are then those of the last good sub-step.
+    /// Data that are not finite, by vertex and time; more than 1e9 sub-steps. Values are then those of the last good sub-step.
     pub fn advance(&mut self, from: f64, to: f64, heights: &[f64]) -> Result<(), String> {
         if !(from <= to && from.is_finite() && to.is_finite()) {
             return Err(format!("moisture: no time passes from {from} s to {to} s"));
@@ -241,6 +241,9 @@ impl Diffusion {
         self.constrain(0.5 * (start + end), heights)?;
         let length = end - start;
         let steps = self.dt.map_or(1.0, |dt| ((length - slack) / dt).ceil().max(1.0));
+        if steps > 1e9 {
+            return Err(format!("moisture: {steps:e} steps from {start} s to {end} s: expected a billion at most"));
+        }
         if ((length / steps - self.size) * steps).abs() > slack {
             self.size = length / steps;
         }

@@ -83,8 +83,9 @@ impl Operator {
         let line_stiffness = Line::new(&slab.levels, |height| [1.0 / height, -1.0 / height]);
 
         let levels = slab.levels.len();
-        let neighbours = if lumped { 1 } else { 3 };
-        if slab.vertices.max((neighbours + 1) * sheet.row.len()) as f64 * levels as f64 >= f64::from(u32::MAX) {
+        // Upwards, or to the levels about that of a neighbour.
+        let entries = if lumped { 2.0 } else { 4.0 } * sheet.row.len() as f64 * levels as f64;
+        if entries >= f64::from(u32::MAX) {
             return Err(Error::input("mesh", "too many levels of moisture: more than 2^32 matrix entries"));
         }
         let mut operator = Operator {

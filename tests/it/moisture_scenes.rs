@@ -235,3 +235,21 @@ fn what_is_wrong_is_refused_with_its_key() {
     let said = text(&output.stderr);
     assert!(said.contains("moisture") && said.contains("face") && said.contains("stiffness"), "{said}");
 }
+
+#[test]
+fn every_key_survives_the_way_to_text_and_back() {
+    let both = WETTED.replace("[statics]\nsteps = 10\nend = 1.0", "[dynamics]\ndt = 0.1\nend = 1.0");
+    let boundaries = "[[moisture.boundary]]\nside = \"bottom\"\nregion = \"left\"\nflux = \"x * t\"\nfrom = 0.1\nuntil = 0.2\nbelow = 1e-3\n\
+                      [[moisture.boundary]]\nside = \"rim\"\nexchange = { coefficient = 1e-6, outside = \"sin(t)\" }\n\
+                      [[moisture.region]]\nregion = \"left\"\ndiffusivity = { through = 1e-9, along = 1e-8, across = 0 }\n\
+                      [heat]\nlevels = [0, 0.1, 1]\nspacing = \"uniform\"\nmass = \"consistent\"\nscheme = \"sdirk2\"\ndt = 0.01\nseen = \"faces\"\n\
+                      initial = { field = \"warmth\", times = \"zeta\" }\nsource = \"x * zeta * t\"\nstiffness = \"exp(-u)\"\nprisms = true\n\
+                      diffusivity = { through = 1e-9, along = 1e-8, across = 0 }\n\
+                      [rest.thermal]\nexpansion = -1e-3\nexpansion_perp = 2e-3\n";
+    let scene = with(&both, "[rest.linear]\n", &format!("{boundaries}[rest.linear]\nprofile = \"sides\"\n"));
+    let scene = with(&scene, "layers = 4", "layers = 4\nadded_density = 100\ninitial = \"x + zeta\"");
+    let scene = with(&scene, "poissons_ratio = 0.3", "poissons_ratio = 0.3\ndensity = 1000.0");
+    let read = thinshell::scene::parse("scene.toml", &scene, &[]).unwrap().0;
+    let written = thinshell::scene::to_toml(&read);
+    assert_eq!(thinshell::scene::parse("scene.toml", &written, &[]).unwrap().0, read, "{written}");
+}

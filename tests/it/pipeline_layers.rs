@@ -26,8 +26,10 @@ const GROUND: [&str; 2] = ["snapshot", "error"];
 const READERS: [&str; 3] = ["cli", "stage", "scene"];
 
 /// Importers that may not see certain modules although those lie below.
-const BLIND: [(&str, &[&str]); 2] =
-    [("case", &["report", "model", "solve", "shell", "load", "sparse"]), ("report", &["model", "solve", "shell", "load", "sparse"])];
+const BLIND: [(&str, &[&str]); 2] = [
+    ("case", &["report", "model", "solve", "shell", "load", "moisture", "sparse"]),
+    ("report", &["model", "solve", "shell", "load", "moisture", "sparse"]),
+];
 
 fn height(module: &str) -> Option<usize> {
     if GROUND.contains(&module) {
