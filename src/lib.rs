@@ -49,11 +49,7 @@
 //!
 //! # Known gaps
 //!
-<<<<<<< HEAD
 //! Contact, incompressible rubber, reactions, arc length and
-=======
-//! Contact, diffusion of moisture in scenes, incompressible rubber, reactions, arc length and
->>>>>>> moisture
 //! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
 //!

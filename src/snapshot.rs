@@ -38,7 +38,7 @@ pub struct Field {
 pub struct Snapshot {
     /// Number of accepted steps since the start.
     pub step: u64,
-    /// Simulated time [s]; the load factor in statics.
+    /// Simulated time [s]; in statics without end the load factor.
     pub time: f64,
     /// Size of the next step to try [s].
     pub dt: f64,

@@ -4,18 +4,19 @@ use super::{Expr, Scalar};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Diffusion through sheet and thickness: `du/dt = div(D grad u) + source`, `u` the additional moisture [%] or the temperature above that
-/// of the start [K]. The geometry is that of the initial shape. `u` drives the laws of `[rest]` that name no moisture of their own.
+/// Diffusion through sheet and thickness: `du/dt = div(D grad u) + source`, `u` the additional moisture [%] or the temperature above a reference
+/// [K]. Percents are of whatever the coefficients of swelling refer to, as a rule of what the material holds at the start: then -100 is bone dry. The
+/// geometry is that of the rest shape at the start. `u` drives the laws of `[rest]` that name no moisture of their own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Diffusion {
-    /// Layers of prisms through the thickness, 1 to 1000. Seed A has 1, which lets the other side know at once.
-    #[serde(default = "default_layers")]
-    pub layers: usize,
-    /// Thickness of the layers.
-    #[serde(default)]
-    pub spacing: Spacing,
-    /// Heights of the layers' boundaries as fractions of the thickness, from 0 at the bottom to 1 at the top, ascending. In place of `layers`.
+    /// Layers of prisms through the thickness, 1 to 1000. Seed A has 1, which lets the other side know at once. Default: 8.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers: Option<usize>,
+    /// Thickness of the layers. Default: `cosine`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<Spacing>,
+    /// Heights of the layers' boundaries as fractions of the thickness, from 0 at the bottom to 1 at the top, ascending. In place of `layers` and `spacing`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub levels: Option<Vec<f64>>,
     /// Diffusion coefficients.
@@ -35,7 +36,7 @@ pub struct Diffusion {
     /// What is added per second, of x, y, z, r, theta, zeta and t. Absent: nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<Expr>,
-    /// Where the law of `[rest]` reads the values.
+    /// What the laws of `[rest]` read.
     #[serde(default)]
     pub seen: Seen,
     /// What enters through the surface. What is not named is sealed.
@@ -47,8 +48,9 @@ pub struct Diffusion {
     /// Factor on the stiffness of each face, > 0, of u, the mean over the face and its thickness. Absent: the stiffness stays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Expr>,
-    /// Mass per volume that 100 % of moisture add [kg/m3]: the density of water where percents are of the volume, that of the dry shell where they are of
-    /// its mass. `[moisture]` only. Absent: the mass stays.
+    /// Mass per volume that 100 % of moisture add [kg/m3]: what the shell holds per volume at the start where percents are of that, the density of the
+    /// dry shell where they are of its mass, that of water where they are of the volume. What is added has the shell's velocity, so it brings momentum and
+    /// calls forth no force. `[moisture]` only. Absent: the mass stays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_density: Option<f64>,
     /// Also export the prisms in the present shape, as wedges (`vtk/moisture_prisms.pvd`, `vtk/temperature_prisms.pvd`).
@@ -94,10 +96,11 @@ pub struct DiffusionRegion {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DiffusionMass {
-    /// Diagonal: with `backward-euler` no value leaves the range of the data, on meshes that are Delaunay in the metric of the diffusivity.
+    /// Diagonal: with `backward-euler` no value leaves the range of the data, on meshes that are Delaunay in the metric of the diffusivity, with
+    /// no obtuse angle opposite an edge of the rim. What leaves it elsewhere is in the history.
     #[default]
     Lumped,
-    /// Galerkin.
+    /// Galerkin. Values leave the range of the data where a step is short against the time to cross a layer, `D dt < (thickness of the layer)^2 / 6`.
     Consistent,
 }
 
@@ -112,14 +115,14 @@ pub enum Scheme {
     Sdirk2,
 }
 
-/// Where rest laws read the values.
+/// What rest laws read at a place. How they become the rest metric of a face is said by `rest.sampling`: its `centroid` is the way of seed A.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Seen {
-    /// At every place where the element asks, so that both faces of an edge agree about its rest length.
+    /// The value there, linear over each face, so that both faces of an edge agree about its rest length.
     #[default]
     Places,
-    /// Means of each face, as in seed A; faces disagree, and the sheet is prestressed by its mesh.
+    /// The mean of the face, as in seed A. On an edge that is not the value there, so that the sheet is prestressed by its mesh.
     Faces,
 }
 
@@ -147,7 +150,8 @@ pub struct Boundary {
     /// In force until this time [s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<f64>,
-    /// In force only where the shell is lower than this [m]: wet ground.
+    /// In force only at vertices whose z is below this [m] at the start of a step of the shell: wet ground. It is the middle surface that counts, and
+    /// `side` stays the same side when the shell turns over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
 }
@@ -174,8 +178,11 @@ pub struct Exchange {
     pub outside: Expr,
 }
 
-fn default_layers() -> usize {
-    8
+impl Diffusion {
+    /// Number of layers.
+    pub fn layers(&self) -> usize {
+        self.levels.as_ref().map_or(self.layers.unwrap_or(8), |levels| levels.len() - 1)
+    }
 }
 
 fn zero() -> Scalar {

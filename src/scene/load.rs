@@ -11,7 +11,7 @@ pub struct Gravity {
     /// Acceleration [m/s2], each component finite.
     #[serde(default = "standard_gravity")]
     pub acceleration: [f64; 3],
-    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }
@@ -28,7 +28,7 @@ pub struct Force {
     pub region: String,
     /// Force on each vertex [N], each component finite.
     pub force: [f64; 3],
-    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }
@@ -41,7 +41,7 @@ pub struct EdgeLoad {
     pub region: String,
     /// Force per length [N/m], each component finite.
     pub force: [f64; 3],
-    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }
@@ -54,7 +54,7 @@ pub struct Moment {
     pub region: String,
     /// Moment per length of the initial shape [N]; its part along each edge acts, and goes on acting about the edge as it turns.
     pub moment: [f64; 3],
-    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }
@@ -68,7 +68,7 @@ pub struct Pressure {
     pub region: Option<String>,
     /// Pressure [Pa], finite; positive pushes along the normal, towards the top.
     pub pressure: f64,
-    /// Factor in time, of t. Default: `t` in statics, 1 in dynamics.
+    /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }

@@ -40,6 +40,7 @@ pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, Report};
 pub use rest::{
     Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Profile, Pullback, Rest, Sampling, Shape, Surface, Thermal,
+    ThermalLayer,
 };
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
@@ -47,7 +48,7 @@ pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
 pub use suspicion::suspicions;
 pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
 
-/// Variables of an expression of time: t [s], in statics the load factor.
+/// Variables of an expression of time: t [s], in statics without `end` the load factor.
 pub const TIME: &[&str] = &["t"];
 /// Variables of an expression of place: x, y, z, r = sqrt(x^2 + y^2) [m] and theta = atan2(y, x) [rad] in the initial shape.
 pub const PLACE: &[&str] = &["x", "y", "z", "r", "theta"];

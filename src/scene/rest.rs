@@ -33,8 +33,8 @@ pub struct Rest {
     /// How the law becomes the rest metric of a face.
     #[serde(default)]
     pub sampling: Sampling,
-    /// Share of the law in force at time `t`, the rest being the initial forms, 0 to 1. Default: `t` in statics if the law itself does not
-    /// depend on t, else 1.
+    /// Share of the law in force at time `t`, the rest being the initial forms, 0 to 1. Default: the load factor in statics if the law itself does
+    /// not depend on t, else 1. Not with laws that read what diffuses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<Expr>,
     /// Forms given in the xy plane; the mesh must be a graph over it.
@@ -234,7 +234,8 @@ pub struct Bilayer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
-    /// All of it: each height swells by its own moisture, and the forms are those of the linear metric nearest to theirs.
+    /// All of it: each height swells by its own moisture, and the forms are those of the linear metric nearest to theirs, or of least energy where
+    /// the shell has layers of their own moduli.
     #[default]
     Moments,
     /// Its values at the top and the bottom alone, put into the law as it stands: what one layer of prisms knows.
@@ -242,13 +243,28 @@ pub enum Profile {
 }
 
 /// Law `thermal`: each height expands by its own temperature, lengths by `1 + expansion u`, and the forms are those of the linear metric nearest
-/// to theirs; needs `[heat]`. A temperature that is the same at all heights makes growth alike at all of them.
+/// to theirs, or of least energy where the shell has layers of their own moduli; needs `[heat]`. A temperature that is the same at all heights makes
+/// growth alike at all of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Thermal {
     /// Relative change of length per kelvin [1/K], negative for what shrinks; along the fibres if `expansion_perp` is there.
     pub expansion: f64,
     /// The same across the fibres. Needs `[machine-direction]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expansion_perp: Option<f64>,
+    /// The bottom half of the thickness, or the bottom layer of `bilayer` of `[shell]`, where it expands otherwise: a bimetal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bottom: Option<ThermalLayer>,
+}
+
+/// Expansion of the bottom layer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ThermalLayer {
+    /// Relative change of length per kelvin [1/K]; along the fibres if `expansion_perp` of the law is there.
+    pub expansion: f64,
+    /// The same across the fibres. Default: that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expansion_perp: Option<f64>,
 }

@@ -50,7 +50,20 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
     {
         found.push(format!("shell.viscosity = {viscosity} s is longer than the whole run of {} s; is it in Pa s?", dynamics.end));
     }
+    for (table, _, _, diffusion) in scene.diffusing() {
+        // Moisture creeps; the best conductors of heat have 1e-4 m2/s.
+        let most = if table == "heat" { 1e-3 } else { 1e-5 };
+        let regions = diffusion.regions.iter().enumerate().map(|(i, region)| (format!("{table}.region.{i}"), region.diffusivity));
+        for (key, d) in std::iter::once((table.to_owned(), diffusion.diffusivity)).chain(regions) {
+            if let Some(d) = [d.through, d.along].into_iter().chain(d.across).find(|d| *d > most) {
+                found.push(format!("{key}.diffusivity has a coefficient of {d:e} m2/s, above {most:e}; is it in mm2/s?"));
+            }
+        }
+    }
     let rest = scene.rest.as_ref();
+    if let Some(law) = rest.and_then(|rest| rest.thermal.as_ref()).filter(|law| law.expansion.abs() > 0.05) {
+        found.push(format!("rest.thermal.expansion = {} changes lengths by {} % per kelvin", law.expansion, 100.0 * law.expansion));
+    }
     let linear =
         rest.and_then(|rest| rest.linear.as_ref()).map(|law| ("linear", vec![law.mu], law.mu_perp.into_iter().collect::<Vec<_>>()));
     let bilayer =

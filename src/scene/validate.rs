@@ -333,7 +333,10 @@ fn statics(statics: &Statics, scene: &Scene) -> Check {
 fn count_of_steps(scene: &Scene) -> Check {
     positive_or_absent("output.interval", scene.output.interval, "s")?;
     let end = scene.end();
-    for (key, length) in [("dynamics.dt", scene.dynamics.as_ref().map(|table| table.dt)), ("output.interval", scene.output.interval)] {
+    let diffusing =
+        [("moisture.dt", &scene.moisture), ("heat.dt", &scene.heat)].map(|(key, table)| (key, table.as_ref().and_then(|t| t.dt)));
+    let steps = [("dynamics.dt", scene.dynamics.as_ref().map(|table| table.dt)), ("output.interval", scene.output.interval)];
+    for (key, length) in steps.into_iter().chain(diffusing) {
         let count = length.map_or(0.0, |length| end / length);
         require(key, count <= MOST_STEPS, format!("makes {count:e} steps to the end at {end:e} s, must be at most {MOST_STEPS:e}"))?;
     }

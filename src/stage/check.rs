@@ -101,7 +101,7 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
 }
 
 fn diffusion(table: &Diffusion) -> String {
-    let layers = table.levels.as_ref().map_or(table.layers, |levels| levels.len() - 1);
+    let layers = table.layers();
     let sides: Vec<String> = table
         .boundaries
         .iter()

@@ -8,6 +8,7 @@ use crate::mesh::{FieldSampler, Mesh, Topology};
 use crate::model::{Profile, Transport};
 use crate::moisture::{self, Condition, Diffusion, Law, Mass, Slab, Source, Where};
 use crate::scene::{self, Expr, Scalar, Scene};
+use crate::shell::rest::Forms;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -74,10 +75,11 @@ pub fn transports(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup
 
 /// Heights of the levels as fractions of the thickness.
 fn levels(table: &scene::Diffusion) -> Vec<f64> {
-    match (&table.levels, table.spacing) {
+    let layers = table.layers();
+    match (&table.levels, table.spacing.unwrap_or_default()) {
         (Some(levels), _) => levels.clone(),
-        (None, scene::Spacing::Cosine) => moisture::cosine_levels(table.layers),
-        (None, scene::Spacing::Uniform) => (0..=table.layers).map(|i| i as f64 / table.layers as f64).collect(),
+        (None, scene::Spacing::Cosine) => moisture::cosine_levels(layers),
+        (None, scene::Spacing::Uniform) => (0..=layers).map(|i| i as f64 / layers as f64).collect(),
     }
 }
 
@@ -125,7 +127,7 @@ fn at_vertices(mesh: &Mesh, sampler: &FieldSampler) -> Vec<f64> {
     sums.iter().zip(counts).map(|(sum, count)| sum / count).collect()
 }
 
-/// Geometry and conductivity of the initial shape with straight faces.
+/// Geometry and conductivity: the rest shape at the start, of which each face has one metric, as its mass has.
 fn slab(table: &str, said: &scene::Diffusion, mesh: &Mesh, setup: &Setup, levels: &[f64]) -> Result<Slab> {
     let mut coefficients = vec![said.diffusivity; mesh.faces.len()];
     for (i, part) in said.regions.iter().enumerate() {
@@ -134,15 +136,9 @@ fn slab(table: &str, said: &scene::Diffusion, mesh: &Mesh, setup: &Setup, levels
         nothing(faces.is_empty(), &key, &part.region, "faces")?;
         faces.iter().for_each(|f| coefficients[*f] = part.diffusivity);
     }
-    let metric: Vec<[f64; 3]> = mesh
-        .faces
-        .iter()
-        .map(|face| {
-            let [a, b, c] = face.map(|v| mesh.vertices[v]);
-            let (r1, r2) = (b - a, c - a);
-            [r1.dot(&r1), r1.dot(&r2), r2.dot(&r2)]
-        })
-        .collect();
+    let points = setup.rest_forms.len() / mesh.faces.len();
+    let mean = |forms: &[Forms]| std::array::from_fn(|c| forms.iter().map(|form| form.a[c]).sum::<f64>() / points as f64);
+    let metric: Vec<[f64; 3]> = setup.rest_forms.chunks_exact(points).map(mean).collect();
     let tensor = |f: usize, d: &scene::Diffusivity| {
         let direction = setup.machine_direction.as_ref().map_or([1.0, 0.0], |directions| directions[f]);
         moisture::in_plane_tensor(metric[f], direction, d.along, d.across.unwrap_or(d.along))

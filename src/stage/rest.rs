@@ -98,10 +98,7 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles:
                 let profile = if table.layered { Profile::Bilayer(own()) } else { Profile::Linear };
                 Box::new(Swelling { profile, moisture, mu: table.mu, fibres })
             }
-            (None, Some(values)) => {
-                let layers = if table.layered { own() } else { Vec::new() };
-                Box::new(expansion(["moisture", "%"], values, table.mu, fibres, layers))
-            }
+            (None, Some(values)) => Box::new(expansion(["moisture", "%"], values, table.mu, fibres, own())),
             (None, None) => {
                 return Err(Error::input(format!("rest.{name}.m_plus"), "this key is missing, and the scene has no [moisture]"));
             }
@@ -109,9 +106,12 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles:
     }
     if let (Some(table), Some(values)) = (&rest.thermal, profiles.get("temperature")) {
         reader.changes = true;
-        let across = table.expansion_perp;
-        let fibres = across.map(|mu| Ok::<_, Error>(([mu; 2], fibres(scene, mesh, setup)?))).transpose()?;
-        laws.push(Box::new(expansion(["temperature", "K"], values, [table.expansion; 2], fibres, Vec::new())));
+        let bottom = table.bottom.as_ref();
+        let along = [table.expansion, bottom.map_or(table.expansion, |layer| layer.expansion)];
+        let across = table.expansion_perp.map(|mu| [mu, bottom.and_then(|layer| layer.expansion_perp).unwrap_or(mu)]);
+        let fibres = across.map(|mu| Ok::<_, Error>((mu, fibres(scene, mesh, setup)?))).transpose()?;
+        let layers = setup.constitutions.iter().map(Constitution::layers).collect();
+        laws.push(Box::new(expansion(["temperature", "K"], values, along, fibres, layers)));
     }
     if let Some(table) = &rest.prestress {
         laws.push(Box::new(Prestress {

@@ -192,7 +192,7 @@ pub fn history_path(job: &Job) -> PathBuf {
     job.case.join("history.csv")
 }
 
-/// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end and the output times may change.
+/// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end of motion and the output times may change; in statics the end says how long a step is.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
     let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))

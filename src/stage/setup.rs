@@ -9,7 +9,7 @@ use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_fro
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
 use crate::model::StepFailure;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::shell::rest::Forms;
 use crate::shell::{Constitution, Director, Material};
 use crate::snapshot::Snapshot;
@@ -69,13 +69,14 @@ pub fn path(job: &Job) -> PathBuf {
     job.case.join("setup.h5")
 }
 
-/// Hash of what the stage's file is made from: the mesh and the tables it reads.
+/// Hash of what the stage's file is made from: the mesh and the tables it reads, but for what only exports.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
     let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
     let statics = s.statics.as_ref().map(|table| &table.perturbation);
     let start = (statics, s.dynamics.as_ref().map(|d| &d.velocity));
-    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, &s.moisture, &s.heat, loads, &s.pins, start));
+    let diffusing = [&s.moisture, &s.heat].map(|table| table.as_ref().map(|table| scene::Diffusion { prisms: false, ..table.clone() }));
+    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, diffusing, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }

@@ -1,7 +1,7 @@
 //! Ranges and rules of the tables `[moisture]` and `[heat]`.
 
 use super::{Check, expression, finite, named, optional_expression, positive, positive_or_absent, require, within};
-use crate::scene::{BODY, BODY_AND_TIME, Boundary, DIFFUSED, Diffusion, Diffusivity, PLACE_AND_TIME, Scene};
+use crate::scene::{BODY, BODY_AND_TIME, Boundary, DIFFUSED, Diffusion, Diffusivity, PLACE_AND_TIME, Rest, Scene};
 
 /// Layers through the thickness.
 const LAYERS: std::ops::RangeInclusive<usize> = 1..=1000;
@@ -11,8 +11,9 @@ pub(in crate::scene) fn diffusing(scene: &Scene) -> Check {
     for (table, _, _, diffusion) in scene.diffusing() {
         require(table, scene.runs_in_time(), "needs time: [dynamics], or `end` in [statics]")?;
         self::diffusion(table, diffusion, scene)?;
-        let ramped = scene.rest.as_ref().is_some_and(|rest| rest.ramp.is_some());
-        require("rest.ramp", !ramped, format!("cannot be combined with [{table}], which brings its own course in time"))?;
+        let reads = |rest: &&Rest| if table == "heat" { rest.thermal.is_some() } else { rest.linear.is_some() || rest.bilayer.is_some() };
+        let ramped = scene.rest.as_ref().filter(reads).is_some_and(|rest| rest.ramp.is_some());
+        require("rest.ramp", !ramped, format!("cannot be combined with a law that [{table}] drives, which brings its own course in time"))?;
     }
     let heavier = scene.heat.as_ref().is_some_and(|heat| heat.added_density.is_some());
     require("heat.added_density", !heavier, "exists for [moisture] only")
@@ -20,7 +21,10 @@ pub(in crate::scene) fn diffusing(scene: &Scene) -> Check {
 
 fn diffusion(table: &str, diffusion: &Diffusion, scene: &Scene) -> Check {
     let at = |key: &str| format!("{table}.{key}");
-    within(&at("layers"), diffusion.layers, LAYERS)?;
+    within(&at("layers"), diffusion.layers.unwrap_or(1), LAYERS)?;
+    for (key, there) in [("layers", diffusion.layers.is_some()), ("spacing", diffusion.spacing.is_some())] {
+        require(&at(key), !there || diffusion.levels.is_none(), "cannot be combined with `levels`")?;
+    }
     if let Some(levels) = &diffusion.levels {
         let ascending = levels.windows(2).all(|pair| pair[0] < pair[1]);
         let whole = levels.first() == Some(&0.0) && levels.last() == Some(&1.0) && levels.len() <= LAYERS.end() + 1;
@@ -64,6 +68,6 @@ fn boundary(key: &str, table: &Boundary) -> Check {
     finite(&format!("{key}.from"), table.from.as_slice(), "s")?;
     finite(&format!("{key}.until"), table.until.as_slice(), "s")?;
     finite(&format!("{key}.below"), table.below.as_slice(), "m")?;
-    let ends = table.until.is_none_or(|until| until > table.from.unwrap_or(0.0));
+    let ends = table.until.is_none_or(|until| until > table.from.unwrap_or(0.0).max(0.0));
     require(&format!("{key}.until"), ends, "must come after `from` and after the start")
 }

@@ -43,6 +43,11 @@ pub(in crate::scene) fn rest(rest: &Rest, scene: &Scene) -> Check {
     if let Some(law) = &rest.thermal {
         require("rest.thermal", scene.heat.is_some(), "needs the table [heat]")?;
         coefficients("rest.thermal", "expansion", &[law.expansion], law.expansion_perp.as_slice(), fibres)?;
+        if let Some(bottom) = &law.bottom {
+            coefficients("rest.thermal.bottom", "expansion", &[bottom.expansion], bottom.expansion_perp.as_slice(), fibres)?;
+            let both = bottom.expansion_perp.is_none() || law.expansion_perp.is_some();
+            require("rest.thermal.bottom.expansion_perp", both, "needs `expansion_perp` of the law")?;
+        }
     }
     let Some(law) = &rest.prestress else { return Ok(()) };
     let some = law.times.is_some() || law.plus_a.is_some() || law.plus_b.is_some();
