@@ -8,6 +8,8 @@ const LAYERS: std::ops::RangeInclusive<usize> = 1..=1000;
 
 /// Rules of both tables, and of what goes with them.
 pub(in crate::scene) fn diffusing(scene: &Scene) -> Check {
+    let heavier = scene.heat.as_ref().is_some_and(|heat| heat.added_density.is_some());
+    require("heat.added_density", !heavier, "exists for [moisture] only")?;
     for (table, _, _, diffusion) in scene.diffusing() {
         require(table, scene.runs_in_time(), "needs time: [dynamics], or `end` in [statics]")?;
         self::diffusion(table, diffusion, scene)?;
@@ -15,8 +17,7 @@ pub(in crate::scene) fn diffusing(scene: &Scene) -> Check {
         let ramped = scene.rest.as_ref().filter(reads).is_some_and(|rest| rest.ramp.is_some());
         require("rest.ramp", !ramped, format!("cannot be combined with a law that [{table}] drives, which brings its own course in time"))?;
     }
-    let heavier = scene.heat.as_ref().is_some_and(|heat| heat.added_density.is_some());
-    require("heat.added_density", !heavier, "exists for [moisture] only")
+    Ok(())
 }
 
 fn diffusion(table: &str, diffusion: &Diffusion, scene: &Scene) -> Check {

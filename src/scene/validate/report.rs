@@ -7,7 +7,7 @@ const COUNT: RangeInclusive<usize> = 2..=1000;
 const MOST_RUNS: usize = 10_000;
 
 pub(super) fn report(report: &Report, scene: &Scene) -> Check {
-    let end = scene.dynamics.as_ref().map_or(1.0, |d| d.end);
+    let end = scene.end();
     for (i, table) in report.expectations.iter().enumerate() {
         let key = |name: &str| format!("report.expect.{i}.{name}");
         named(&key("name"), &table.name)?;
