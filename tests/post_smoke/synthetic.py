@@ -20,6 +20,13 @@ def bend(flat: np.ndarray, curvature: float) -> np.ndarray:
     return bent
 
 
+def faces_of(surface: pv.DataSet) -> np.ndarray:
+    """The corners of each face."""
+    if isinstance(surface, pv.PolyData):
+        return surface.faces.reshape(-1, 4)[:, 1:]
+    return surface.cells.reshape(-1, 7)[:, 1:4]
+
+
 def with_arrays(surface: pv.DataSet, flat: np.ndarray, curvature: float) -> pv.DataSet:
     surface.point_data["displacement"] = np.asarray(surface.points) - flat
     surface.point_data["moisture_top"] = (
@@ -28,6 +35,9 @@ def with_arrays(surface: pv.DataSet, flat: np.ndarray, curvature: float) -> pv.D
     stress = np.zeros((surface.n_cells, 6))
     stress[:, 0] = 1e5 * curvature * np.sin(30 * surface.cell_centers().points[:, 0])
     surface.cell_data["membrane_stress"] = stress
+    # Two halves, which must not flow into one another.
+    middles = (flat[faces_of(surface)].mean(axis=1))[:, 0]
+    surface.cell_data["thickness"] = np.where(middles < STRIP[0] / 2, 1e-3, 2e-3)
     return surface
 
 
@@ -138,12 +148,12 @@ def write_ladder(path: Path) -> None:
 
 
 def write_sweep(path: Path) -> None:
-    """A sweep over two keys: the cube of the first, with its law, and a measure that one run lacks."""
+    """A sweep over two keys: the cube of the first, with its law, a constant that one run lacks, and the round-off of zero; with limits."""
     rows = []
     for thickness in (1e-3, 2e-3, 4e-3):
         for width in ("[3, 2]", "[6, 4]"):
             failed = thickness == 2e-3 and width == "[3, 2]"
-            measures = [None, None] if failed else [5.0 * thickness**3, 4.0]
+            measures = [None] * 3 if failed else [5.0 * thickness**3, 4.0, 1e-53 * thickness]
             row = {"values": [thickness, width], "measures": measures}
             rows.append(row | ({"failure": "did not converge"} if failed else {}))
     fits = [
@@ -153,7 +163,8 @@ def write_sweep(path: Path) -> None:
     sweep = {
         "name": "scaling",
         "keys": ["shell.thickness", "mesh.rectangle.cells"],
-        "measures": ["energy", "waves"],
+        "measures": ["energy", "waves", "amplitude"],
+        "limits": [[1e-9, None], [3.5, 4.5], [None, None]],
         "rows": rows,
         "fits": fits,
     }
