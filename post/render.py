@@ -313,6 +313,7 @@ class Stage:
         """The picture of one exported time, coloured over a range, as (height, width, 3) bytes."""
         surface = self.surfaces[step].copy()
         values = self.values[step]
+        # By name: a mesh may have as many faces as points.
         on_points = self.options.scalar in surface.point_data
         data = surface.point_data if on_points else surface.cell_data
         data["colour"] = values
@@ -324,8 +325,7 @@ class Stage:
             name="surface",
             clim=colours,
             cmap=self.options.cmap or ("coolwarm" if diverging else "viridis"),
-            # Smooth shading turns values of faces into values of points.
-            smooth_shading=on_points,
+            smooth_shading=True,
             show_edges=self.options.edges,
             edge_color="#30363c",
             edge_opacity=0.5,

@@ -89,13 +89,15 @@ def smoke_curved(folder: Path) -> None:
 
 def smoke_faces(folder: Path) -> None:
     """Arrays of faces keep one colour a face, and a picture uses all colours for its own range."""
+    # This one has as many faces as points.
+    write_case(folder / "few", steps=3, cells=(3, 2))
     write_case(folder / "faces", steps=3)
     picture = folder / "faces.png"
     look = ("-o", picture, "--camera", "z", "--size", "640x480")
-    run("render.py", folder / "faces", *look, "--step", "0", "--scalar", "thickness")
+    run("render.py", folder / "few", *look, "--step", "0", "--scalar", "thickness")
     _, counts = np.unique(surface_pixels(iio.imread(picture)) // 16, axis=0, return_counts=True)
     share = np.sort(counts)[-2:].sum() / counts.sum()
-    check("faces of two values have two colours", share > 0.95, f"{share:.1%} of the surface")
+    check("faces of two values have two colours", share > 0.9, f"{share:.1%} of the surface")
     run("render.py", folder / "faces", *look, "--step", "1", "--scalar", "moisture_top")
     red, green, blue = surface_pixels(iio.imread(picture)).T
     yellow = float(np.mean((red > 180) & (green > 180) & (blue < 120)))

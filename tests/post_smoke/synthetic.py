@@ -41,14 +41,14 @@ def with_arrays(surface: pv.DataSet, flat: np.ndarray, curvature: float) -> pv.D
     return surface
 
 
-def bent_strip(curvature: float) -> pv.PolyData:
+def bent_strip(curvature: float, cells: tuple[int, int]) -> pv.PolyData:
     """A strip bent to a cylinder of the given curvature (1/m), of flat faces, with arrays."""
     plane = pv.Plane(
         center=(STRIP[0] / 2, 0.0, 0.0),
         i_size=STRIP[0],
         j_size=STRIP[1],
-        i_resolution=40,
-        j_resolution=10,
+        i_resolution=cells[0],
+        j_resolution=cells[1],
     ).triangulate()
     flat = np.asarray(plane.points, dtype=float)
     return with_arrays(pv.PolyData(bend(flat, curvature), plane.faces), flat, curvature)
@@ -75,8 +75,10 @@ def curved_strip(curvature: float) -> pv.UnstructuredGrid:
     return with_arrays(grid, flat, curvature)
 
 
-def write_case(case: Path, steps: int = 6, curved: bool = False) -> None:
-    """The series, its units and a history in `case`; of curved faces if wanted."""
+def write_case(
+    case: Path, steps: int = 6, curved: bool = False, cells: tuple[int, int] = (40, 10)
+) -> None:
+    """The series, its units and a history in `case`; of curved faces if wanted, else so many flat."""
     vtk = case / "vtk"
     vtk.mkdir(parents=True, exist_ok=True)
     entries = []
@@ -90,8 +92,9 @@ def write_case(case: Path, steps: int = 6, curved: bool = False) -> None:
         for step in range(steps):
             time = 0.1 * step
             name = f"surface_{step:04}.{'vtu' if curved else 'vtp'}"
-            strip = curved_strip if curved else bent_strip
-            strip(10 * step / max(steps - 1, 1)).save(vtk / name)
+            curvature = 10 * step / max(steps - 1, 1)
+            strip = curved_strip(curvature) if curved else bent_strip(curvature, cells)
+            strip.save(vtk / name)
             entries.append(f'<DataSet timestep="{time:g}" group="" part="0" file="{name}"/>')
             writer.writerow(
                 [
