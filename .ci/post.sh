@@ -4,14 +4,17 @@
 #   .ci/post.sh              make the environment and stop
 #   .ci/post.sh SCRIPT ...   make it if needed, then run the script with these arguments
 #
+# The script runs in the folder of the caller, so its arguments mean what they say; a script that is not there is taken
+# from the repository.
 # Where Python, the packages or off-screen graphics are missing this prints one line `skipped: why` and succeeds,
 # because results do not depend on pictures. The script's own failure is a failure.
 set -eu
-cd "$(dirname "$0")/.."
-venv=post/.venv
-mkdir -p .tools
+root=$(cd "$(dirname "$0")/.." && pwd)
+venv=$root/post/.venv
+requirements=$root/post/requirements.txt
+mkdir -p "$root/.tools"
 python=$venv/bin/python
-log=.tools/post.log
+log=$root/.tools/post.log
 
 skip() {
     echo "skipped: ${1:-post/.venv}: $2"
@@ -29,21 +32,25 @@ find_python() {
     return 1
 }
 
-if ! cmp -s post/requirements.txt "$venv/requirements.txt"; then
+if ! cmp -s "$requirements" "$venv/requirements.txt"; then
     base=$(find_python) || skip "${1:-}" "there is no Python 3.11 or newer"
     echo "post: installing post/requirements.txt into $venv"
     rm -rf "$venv"
     "$base" -m venv "$venv" >"$log" 2>&1 || skip "${1:-}" "'$base -m venv' failed (Debian: install python3-venv); see $log"
-    "$python" -m pip --disable-pip-version-check install -q --retries 1 --timeout 20 -r post/requirements.txt >"$log" 2>&1 ||
+    "$python" -m pip --disable-pip-version-check install -q --retries 1 --timeout 20 -r "$requirements" >"$log" 2>&1 ||
         skip "${1:-}" "pip could not install post/requirements.txt; see $log"
-    cp post/requirements.txt "$venv/requirements.txt"
+    cp "$requirements" "$venv/requirements.txt"
     rm -f "$log"
 fi
 if [ $# -eq 0 ]; then exit 0; fi
 
+script=$1
+shift
+if ! [ -e "$script" ]; then script=$root/$script; fi
+
 # In a process of its own: a missing graphics library can end the interpreter without a Python exception.
-if ! "$python" post/graphics.py >"$log" 2>&1; then
-    skip "$1" "no off-screen graphics (Debian: install libegl1 libgl1 libxrender1, or libosmesa6): $(tail -n 1 "$log")"
+if ! "$python" "$root/post/graphics.py" >"$log" 2>&1; then
+    skip "$script" "no off-screen graphics (Debian: install libegl1 libgl1 libxrender1, or libosmesa6): $(tail -n 1 "$log")"
 fi
 rm -f "$log"
-exec "$python" "$@"
+exec "$python" "$script" "$@"

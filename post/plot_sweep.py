@@ -4,7 +4,7 @@ Usage: python post/plot_sweep.py FILE.json [-o plot.png] [--measure NAME ...] [-
 
 FILE.json is the sweep.json of `thinshell report --sweep`. Each sweep is a row of panels; a second
 key gives one line per value. Axes are logarithmic where all numbers are positive. A run that failed
-has no point, and that is said.
+has no point, and that is said. Grey lines are the limits that the scene expects.
 """
 
 import argparse
@@ -19,6 +19,24 @@ from case import CaseError
 from style import COLOURS, LINES, plt
 
 MARKERS = "os^Dv<>P"
+ROUND_OFF = 1e-12  # of the largest number: what is smaller is no number to draw by its logarithm
+NOTHING = 1e-30  # no quantity of a scene in SI units is as small
+# Units of keys that are often varied, by the last name in the key.
+UNITS = {
+    "thickness": "m",
+    "top_thickness": "m",
+    "radius": "m",
+    "length": "m",
+    "size": "m",
+    "radii": "m",
+    "scale": "m per unit of the file",
+    "youngs_modulus": "Pa",
+    "pressure": "Pa",
+    "density": "kg/m3",
+    "viscosity": "s",
+    "dt": "s",
+    "end": "s",
+}
 
 
 def load_sweeps(path: Path) -> list[dict[str, Any]]:
@@ -34,6 +52,24 @@ def load_sweeps(path: Path) -> list[dict[str, Any]]:
 
 def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def with_unit(key: str) -> str:
+    names = [name for name in key.split(".") if not name.isdigit()]
+    unit = UNITS.get(names[-1]) if names else None
+    return f"{key} [{unit}]" if unit else key
+
+
+def set_scale(axis: plt.Axes, values: list[float], linear: bool) -> None:
+    """Logarithmic y axis where that tells something; else one that shows a constant as such."""
+    largest = max(abs(y) for y in values)
+    if largest < NOTHING:
+        axis.set_ylim(-1, 1)
+    elif max(values) - min(values) <= 1e-6 * largest:
+        axis.set_ylim(min(0.5 * values[0], 1.5 * values[0]), max(0.5 * values[0], 1.5 * values[0]))
+    # Less than a decade has no ticks on a logarithmic axis.
+    elif not linear and ROUND_OFF * largest < min(values) < 0.1 * largest:
+        axis.set_yscale("log")
 
 
 def say_failures(sweep: dict[str, Any]) -> None:
@@ -92,12 +128,16 @@ def draw_panel(axis: plt.Axes, sweep: dict[str, Any], measure: str, linear: bool
         # A law through points of several lines.
         if fit["measure"] == measure and fit.get("at") not in groups and everything:
             draw_law(axis, fit, everything, COLOURS[-1], f"{fit['at']}, ")
-    if not linear:
-        if numbers and all(x > 0 for x, _ in everything):
-            axis.set_xscale("log")
-        if all(y > 0 for _, y in everything):
-            axis.set_yscale("log")
-    axis.set_xlabel(sweep["keys"][0])
+    if not linear and numbers and all(x > 0 for x, _ in everything):
+        axis.set_xscale("log")
+    limits = sweep.get("limits", [])
+    bounds = limits[sweep["measures"].index(measure)] if limits else []
+    bounds = [value for value in bounds if value is not None]
+    for value in bounds:
+        axis.axhline(value, color="#8a9096", linestyle="--", linewidth=0.9, zorder=0)
+    if everything:
+        set_scale(axis, [y for _, y in everything] + bounds, linear)
+    axis.set_xlabel(with_unit(sweep["keys"][0]))
     axis.set_ylabel(measure)
     if axis.get_legend_handles_labels()[0]:
         axis.legend(title=sweep["keys"][1] if len(sweep["keys"]) > 1 else None, fontsize=8)

@@ -5,8 +5,9 @@ Usage: python post/render.py CASE [-o picture.png] [--film film.mp4] [--scalar N
                              [--time T | --step N] [--size WxH] [--edges] [--cmap NAME]
 
 Reads only what `thinshell export` wrote: CASE/vtk/*.pvd, the surfaces it names, and
-CASE/vtk/units.json. The camera, the colours and the outline are chosen once for all times, so that
-the frames of a film and pictures of several times compare.
+CASE/vtk/units.json. The camera and the outline are chosen once for all times, so that pictures of
+several times compare. The colours of a film span the range of all times, those of a picture its own.
+Arrays of faces are drawn with one colour a face.
 """
 
 import argparse
@@ -163,7 +164,7 @@ def colour_label(series: Series, array: str, component: str | None) -> str:
 
 
 def colour_range(values: list[np.ndarray]) -> tuple[float, float]:
-    """The range of all times; even about zero if the sign changes; never empty."""
+    """The range of these values; even about zero if the sign changes; never empty."""
     finite = np.concatenate([array[np.isfinite(array)] for array in values])
     if finite.size == 0:
         return 0.0, 1.0
@@ -248,9 +249,6 @@ class Stage:
             colour_values(surface, options.scalar, options.component)
             for surface in series.surfaces
         ]
-        self.range = colour_range(self.values)
-        diverging = self.range[0] == -self.range[1]
-        self.cmap = options.cmap or ("coolwarm" if diverging else "viridis")
         self.label = colour_label(series, options.scalar, options.component)
         self.points = np.vstack([np.asarray(surface.points) for surface in self.surfaces])
         self.scale = options.size[1] / 960.0
@@ -311,19 +309,22 @@ class Stage:
         set_font(bar.GetTitleTextProperty())
         set_font(bar.GetLabelTextProperty())
 
-    def draw(self, step: int) -> np.ndarray:
-        """The picture of one exported time, as (height, width, 3) bytes."""
+    def draw(self, step: int, colours: tuple[float, float]) -> np.ndarray:
+        """The picture of one exported time, coloured over a range, as (height, width, 3) bytes."""
         surface = self.surfaces[step].copy()
         values = self.values[step]
-        data = surface.point_data if len(values) == surface.n_points else surface.cell_data
+        # By name: a mesh may have as many faces as points.
+        on_points = self.options.scalar in surface.point_data
+        data = surface.point_data if on_points else surface.cell_data
         data["colour"] = values
+        diverging = colours[0] == -colours[1]
         self.plotter.add_mesh(
             surface,
             scalars="colour",
-            preference="point" if len(values) == surface.n_points else "cell",
+            preference="point" if on_points else "cell",
             name="surface",
-            clim=self.range,
-            cmap=self.cmap,
+            clim=colours,
+            cmap=self.options.cmap or ("coolwarm" if diverging else "viridis"),
             smooth_shading=True,
             show_edges=self.options.edges,
             edge_color="#30363c",
@@ -336,8 +337,9 @@ class Stage:
             show_scalar_bar=False,
             reset_camera=False,
         )
-        if not self.plotter.scalar_bars:
-            self._add_scalar_bar()
+        for title in list(self.plotter.scalar_bars.keys()):
+            self.plotter.remove_scalar_bar(title)
+        self._add_scalar_bar()
         title = f"{self.series.name}    {self.series.moment(step)}"
         if self.options.warp != 1.0:
             title += f"    displacement x {self.options.warp:g}"
@@ -373,6 +375,7 @@ def film_path(wanted: Path) -> Path:
 
 def write_film(path: Path, stage: Stage) -> None:
     count = len(stage.surfaces)
+    colours = colour_range(stage.values)
     rate = float(np.clip(count / FILM_SECONDS, 1, 30))
     if path.suffix == ".mp4":
         # Sides are even, so the encoder needs no padding to blocks.
@@ -381,7 +384,7 @@ def write_film(path: Path, stage: Stage) -> None:
         writer = imageio.get_writer(path, duration=1000 / rate, loop=0)
     with writer:
         for step in range(count):
-            writer.append_data(stage.draw(step))
+            writer.append_data(stage.draw(step, colours))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -397,7 +400,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
     if options.output is not None:
-        imageio.imwrite(options.output, stage.draw(step))
+        imageio.imwrite(options.output, stage.draw(step, colour_range([stage.values[step]])))
         print(f"render: {options.output} ({options.scalar} at {series.moment(step)})")
     if options.film is not None:
         film = film_path(options.film)

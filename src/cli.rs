@@ -1,5 +1,7 @@
 //! The command line: verbs and flags, and which stage each of them calls. Computes nothing.
 
+mod keys;
+
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::stage::{self, Job};
@@ -91,8 +93,15 @@ enum Verb {
     All(SceneArgs),
     /// Print the JSON schema of scene files, for editors that complete and check them.
     ///
-    /// Example: thinshell schema > scene.schema.json
-    Schema,
+    /// Examples:
+    ///   thinshell schema > scene.schema.json
+    ///   thinshell schema --text shell        the keys of [shell] and of the tables in it
+    #[command(verbatim_doc_comment)]
+    Schema {
+        /// Print a list to read instead: each key with its type, default and meaning; of this table, or of all.
+        #[arg(long, value_name = "TABLE", num_args = 0..=1, default_missing_value = "")]
+        text: Option<String>,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -139,28 +148,29 @@ impl CommandLine {
     /// The stage's own.
     pub fn run(&self) -> Result<()> {
         match &self.verb {
-            Verb::Check(scene) => stage::check::run(&self.job(scene)?),
-            Verb::Mesh(scene) => stage::mesh::run(&self.job(scene)?),
-            Verb::Setup(scene) => stage::setup::run(&self.job(scene)?),
-            Verb::Run { scene, options } => stage::run::run(&self.job(scene)?, options),
-            Verb::Export(scene) => stage::export::run(&self.job(scene)?),
+            Verb::Check(scene) => self.at(scene, stage::check::run),
+            Verb::Mesh(scene) => self.at(scene, stage::mesh::run),
+            Verb::Setup(scene) => self.at(scene, stage::setup::run),
+            Verb::Run { scene, options } => self.at(scene, |job| stage::run::run(job, options)),
+            Verb::Export(scene) => self.at(scene, stage::export::run),
             Verb::Report(ReportArgs { ladder: Some(scene), json, overrides, .. }) => {
-                stage::report::ladder(&Job::read(scene, None, &overrides.set, self.quiet)?, json.as_deref())
+                explained(Job::read(scene, None, &overrides.set, self.quiet)?, |job| stage::report::ladder(job, json.as_deref()))
             }
             Verb::Report(ReportArgs { sweep: Some(scene), json, overrides, .. }) => {
-                stage::report::sweep(&Job::read(scene, None, &overrides.set, self.quiet)?, json.as_deref())
+                explained(Job::read(scene, None, &overrides.set, self.quiet)?, |job| stage::report::sweep(job, json.as_deref()))
             }
             Verb::Report(ReportArgs { targets, json, overrides, .. }) => {
                 stage::report::run(targets, &overrides.set, json.as_deref(), self.quiet)
             }
-            Verb::Status(scene) => stage::status::run(&self.job(scene)?),
-            Verb::All(scene) => stage::all::run(&self.job(scene)?),
-            Verb::Schema => schema(),
+            Verb::Status(scene) => self.at(scene, stage::status::run),
+            Verb::All(scene) => self.at(scene, stage::all::run),
+            Verb::Schema { text: None } => schema(),
+            Verb::Schema { text: Some(table) } => stage::print(&keys::list(table)?),
         }
     }
 
-    fn job(&self, arguments: &SceneArgs) -> Result<Job> {
-        Job::read(&arguments.scene, arguments.case.as_deref(), &arguments.overrides.set, self.quiet)
+    fn at(&self, arguments: &SceneArgs, stage: impl FnOnce(&Job) -> Result<()>) -> Result<()> {
+        explained(Job::read(&arguments.scene, arguments.case.as_deref(), &arguments.overrides.set, self.quiet)?, stage)
     }
 
     /// Sends log records to standard error, and to the file of `--log`.
@@ -195,6 +205,11 @@ impl CommandLine {
         }
         log.apply().map_err(|error| Error::input("log", error.to_string()))
     }
+}
+
+/// Runs a stage; its errors say what the job knows about them.
+fn explained(job: Job, stage: impl FnOnce(&Job) -> Result<()>) -> Result<()> {
+    stage(&job).map_err(|error| job.explain(error))
 }
 
 fn schema() -> Result<()> {

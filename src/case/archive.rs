@@ -41,9 +41,9 @@ impl Kind {
     /// The command that makes such a file anew.
     pub fn remedy(self) -> &'static str {
         match self {
-            Kind::Mesh => "make it anew: thinshell mesh SCENE",
-            Kind::Setup => "make it anew: thinshell setup SCENE",
-            Kind::Checkpoint => "remove it, then: thinshell run SCENE",
+            Kind::Mesh => "make it anew: thinshell mesh SCENE, or do all that is out of date: thinshell all SCENE",
+            Kind::Setup => "make it anew: thinshell setup SCENE, or do all that is out of date: thinshell all SCENE",
+            Kind::Checkpoint => "remove it and all later ones, then: thinshell run SCENE",
         }
     }
 

@@ -2,11 +2,12 @@
 //!
 //! Decides which file a run goes on from and which ones it may remove. It does not decide when a checkpoint is due.
 
-use super::{Archive, Kind, convert};
+use super::{Archive, Kind, convert, hash};
 use crate::error::{Error, Result};
 use crate::snapshot::Snapshot;
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The folder of a case, as far as checkpoints go.
@@ -151,6 +152,19 @@ impl Folder {
         Ok(steps.into_iter().filter(|step| Some(*step) == newest || self.keeps(*step)).collect())
     }
 
+    /// Hash of which checkpoints there are and of the seals at their heads, which tell their contents. Error: [`Error::Io`].
+    pub fn fingerprint(&self) -> Result<String> {
+        let mut parts = Vec::new();
+        for step in self.list()? {
+            let path = self.path(step);
+            let io = |e| Error::io("read", &path, e);
+            let mut head = step.to_le_bytes().to_vec();
+            File::open(&path).map_err(io)?.take(super::seal::LENGTH as u64).read_to_end(&mut head).map_err(io)?;
+            parts.push(head);
+        }
+        Ok(hash::of(&parts.iter().map(Vec::as_slice).collect::<Vec<_>>()))
+    }
+
     /// Whether a checkpoint stays for good. One that cannot be read does: somebody may want to look at it.
     fn keeps(&mut self, step: u64) -> bool {
         let path = self.path(step);
@@ -175,7 +189,7 @@ impl Folder {
         Err(Error::Stale {
             path: path.to_path_buf(),
             message: "was made from other inputs than the present setup".into(),
-            help: "remove the folder `run` to start over, then: thinshell run SCENE".into(),
+            help: "start over: thinshell run SCENE --restart, or do all that is out of date: thinshell all SCENE".into(),
         })
     }
 }

@@ -93,6 +93,19 @@ impl History {
         self.file.sync_data().map_err(|e| Error::io("write", &self.path, e))
     }
 
+    /// Reads a history that has to have a row for each of the first `steps` steps.
+    ///
+    /// Errors: those of [`History::read`], [`Error::Stale`] if it is shorter.
+    pub fn read_through(path: &Path, steps: u64) -> Result<Table> {
+        let table = History::read(path)?;
+        let row = |step: u64| table.rows.get(usize::try_from(step).ok()?.checked_sub(1)?);
+        if steps == 0 || row(steps).is_some_and(|row| row[0] == steps as f64) {
+            return Ok(table);
+        }
+        let whole = (1..=steps).take_while(|step| row(*step).is_some_and(|row| row[0] == *step as f64)).count();
+        Err(stale(path, format!("tells of the first {whole} steps only, the newest checkpoint is of step {steps}")))
+    }
+
     /// Reads a history, without a last row that a crash tore.
     ///
     /// Errors: [`Error::Stale`] if it is missing or a row before the last cannot be read, [`Error::Io`].
@@ -144,5 +157,5 @@ fn parse(record: &csv::StringRecord) -> Option<Vec<f64>> {
 }
 
 fn stale(path: &Path, message: String) -> Error {
-    Error::Stale { path: path.to_path_buf(), message, help: "remove it and the folder `run`, then: thinshell run SCENE".into() }
+    Error::Stale { path: path.to_path_buf(), message, help: "start over: thinshell run SCENE --restart".into() }
 }

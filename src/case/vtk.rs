@@ -103,15 +103,28 @@ impl Surface<'_> {
     }
 }
 
-/// Writes a `.pvd` file: the time [s] and the name of each file, relative to the `.pvd`. Errors: [`Error::Io`].
-pub fn write_series(path: &Path, files: &[(f64, String)]) -> Result<()> {
+/// Writes a `.pvd` file: the time [s] and the name of each file, relative to the `.pvd`; `inputs`: hash of what they were made from, in a
+/// comment. Errors: [`Error::Io`].
+pub fn write_series(path: &Path, files: &[(f64, String)], inputs: Option<&str>) -> Result<()> {
     let mut xml = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n");
+    if let Some(hash) = inputs {
+        xml.push_str(&format!("{INPUTS}{hash} -->\n"));
+    }
     xml.push_str("  <Collection>\n");
     for (time, file) in files {
         xml.push_str(&format!("    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{}\"/>\n", xml_text(file)));
     }
     xml.push_str("  </Collection>\n</VTKFile>\n");
     atomic::write(path, xml.as_bytes())
+}
+
+/// Start of the comment that tells what a series was made from.
+const INPUTS: &str = "  <!-- inputs ";
+
+/// The hash that [`write_series`] put into a `.pvd` file, if it did.
+pub fn made_from(path: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(path).ok()?;
+    text.lines().find_map(|line| Some(line.strip_prefix(INPUTS)?.strip_suffix(" -->")?.to_owned()))
 }
 
 /// Writes `units.json`: the unit of each array by its name. Errors: [`Error::Io`].

@@ -7,5 +7,5 @@ mod shell_model;
 mod transport;
 
 pub use rest_driver::{Ramp, RestDriver};
-pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport};
+pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
 pub use transport::{FollowingMass, Profile, Transport};

@@ -1,6 +1,6 @@
 //! How the rest forms change in time.
 
-use crate::shell::rest::{Forms, Interpolation, Law};
+use crate::shell::rest::{Forms, Impossible, Interpolation, Law};
 
 /// Share of the law in force at a time.
 pub type Ramp = Box<dyn Fn(f64) -> f64>;
@@ -34,8 +34,8 @@ impl RestDriver {
         self.law_changes || self.ramp.is_some()
     }
 
-    /// Rest forms at a time [s]. Errors: face and reason.
-    pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, String> {
+    /// Rest forms at a time [s]. Errors: the law that is at fault, where and when.
+    pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, Impossible> {
         let evaluate = || self.interpolation.forms(&*self.law, time);
         let law = if self.law_changes {
             evaluate()?
@@ -48,11 +48,11 @@ impl RestDriver {
         let Some(ramp) = &self.ramp else { return Ok(law) };
         let share = ramp(time);
         if !share.is_finite() {
-            return Err(format!("the ramp is {share} at t = {time} s"));
+            return Err(format!("the ramp is {share} at t = {time}").into());
         }
         let mixed: Vec<Forms> = self.initial.iter().zip(&law).map(|(a, b)| a.mix(b, share)).collect();
         match mixed.iter().position(|f| !f.is_admissible()) {
-            Some(k) => Err(format!("integration point {k}: the rest metric at ramp {share} is not positive definite")),
+            Some(k) => Err(format!("integration point {k}, t = {time}: the rest metric at ramp {share} is not positive definite").into()),
             None => Ok(mixed),
         }
     }

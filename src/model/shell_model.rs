@@ -20,14 +20,14 @@ pub struct HeldUnknown {
     pub unknown: usize,
     /// Its initial value.
     pub start: f64,
-    /// Its displacement, if it moves.
-    pub motion: Option<Motion>,
+    /// Its displacement, if it moves, and the key of that in the scene.
+    pub motion: Option<(String, Motion)>,
 }
 
 /// A load that is applied.
 pub struct AppliedLoad {
     /// Key of its factor in the scene.
-    pub key: &'static str,
+    pub key: String,
     /// Its energy's column in the history; none for a load that has no energy.
     pub energy_name: Option<&'static str>,
     /// The load.
@@ -89,8 +89,8 @@ pub enum StepFailure {
     Mechanism(String),
     /// What the scene prescribes is impossible at this time; no smaller step helps.
     Input {
-        /// Table of the scene that prescribes it.
-        place: &'static str,
+        /// Key of the scene that prescribes it.
+        place: String,
         /// What is impossible, where and when.
         reason: String,
     },
@@ -164,14 +164,16 @@ impl ShellModel {
 
     /// Sets what follows time and what diffuses: stiffness, mass, and the rest forms if they change or were never set. Errors: the table that
     /// asks for the impossible, and why.
-    fn follow(&mut self, time: f64) -> Result<(), (&'static str, String)> {
+    fn follow(&mut self, time: f64) -> Result<(), (String, String)> {
         let parts = &mut self.parts;
         let softened = parts.transports.iter().any(|transport| transport.stiffness.is_some());
         if softened {
-            parts.shell.set_stiffness(stiffness(&parts.transports)?);
+            let factors = stiffness(&parts.transports).map_err(|(place, e)| (place, format!("{e} (at t = {time})")))?;
+            parts.shell.set_stiffness(factors);
         }
         if let Some(following) = &parts.following_mass {
-            let factors = following.factors(&parts.transports).map_err(|e| ("moisture.added_density", e))?;
+            let factors =
+                following.factors(&parts.transports).map_err(|e| ("moisture.added_density".to_owned(), format!("{e} (at t = {time})")))?;
             if let Some(inertia) = &mut parts.inertia {
                 inertia.set_factors(&factors);
             }
@@ -180,7 +182,7 @@ impl ShellModel {
         }
         match &mut parts.rest {
             Some(driver) if softened || driver.changes() || !self.rest_is_set => {
-                parts.shell.set_rest(&driver.forms(time).map_err(|e| ("rest", e))?);
+                parts.shell.set_rest(&driver.forms(time).map_err(|e| (place_of_law(e.law), e.reason))?);
                 self.rest_is_set = true;
             }
             None if softened => parts.shell.set_rest(&parts.initial_forms),
@@ -205,16 +207,16 @@ impl ShellModel {
         for load in &self.parts.loads {
             let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
             if !factor.is_finite() {
-                return Err(StepFailure::Input { place: load.key, reason: format!("is {factor} at t = {time} s") });
+                return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
             }
         }
         let mut targets = Vec::with_capacity(self.parts.held.len());
         for held in &self.parts.held {
-            if let Some(motion) = &held.motion {
+            if let Some((key, motion)) = &held.motion {
                 let d = motion(time);
                 if !d.is_finite() {
-                    let reason = format!("the motion of {} is {d} at t = {time} s", self.describe(held.unknown));
-                    return Err(StepFailure::Input { place: "pin.motion", reason });
+                    let reason = format!("the motion of {} is {d} at t = {time}", self.describe(held.unknown));
+                    return Err(StepFailure::Input { place: key.clone(), reason });
                 }
                 // Angles count from the present references, which turn with them.
                 let angle = held.unknown >= 3 * self.parts.positions.len();
@@ -246,11 +248,12 @@ impl ShellModel {
 
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
         let targets = self.prescribed(time)?;
-        let impossible = |place, reason| StepFailure::Input { place, reason: format!("{reason} (at t = {time} s)") };
         for transport in &mut self.parts.transports {
-            transport.advance(self.time, time, &self.x).map_err(|reason| impossible(transport.table, reason))?;
+            transport
+                .advance(self.time, time, &self.x)
+                .map_err(|e| StepFailure::Input { place: transport.table.into(), reason: format!("{e} (at t = {time})") })?;
         }
-        self.follow(time).map_err(|(place, reason)| impossible(place, reason))?;
+        self.follow(time).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
         self.set_loads(time);
         let before = self.x.clone();
         self.parts.shell.start_step(&before, dt);
@@ -397,8 +400,13 @@ impl ShellModel {
     }
 }
 
+/// Key of a growth law in a scene, by its name; that of all of them without one.
+pub fn place_of_law(law: &str) -> String {
+    if law.is_empty() { "rest".to_owned() } else { format!("rest.{law}") }
+}
+
 /// Factors on the stiffness of the faces by what diffuses. Errors: the table, and the face where a factor is not positive.
-fn stiffness(transports: &[Transport]) -> Result<Vec<f64>, (&'static str, String)> {
+fn stiffness(transports: &[Transport]) -> Result<Vec<f64>, (String, String)> {
     let mut factors = Vec::new();
     for transport in transports {
         let Some(factor) = &transport.stiffness else { continue };
@@ -408,7 +416,10 @@ fn stiffness(transports: &[Transport]) -> Result<Vec<f64>, (&'static str, String
             let f = factor(u);
             if !(f.is_finite() && f > 0.0) {
                 let (name, unit) = (transport.name, transport.unit);
-                return Err((transport.table, format!("face {face}: the factor on the stiffness is {f} at a {name} of {u} {unit}")));
+                return Err((
+                    transport.table.to_owned(),
+                    format!("face {face}: the factor on the stiffness is {f} at a {name} of {u} {unit}"),
+                ));
             }
             *product *= f;
         }

@@ -54,6 +54,9 @@ pub struct Outcome {
     /// What the run cost.
     #[serde(flatten)]
     pub cost: Cost,
+    /// Hash of what the report was made from; empty where nobody asks.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub inputs: String,
 }
 
 impl ExpectationResult {
@@ -69,7 +72,7 @@ impl Outcome {
     /// Passes when all expectations do.
     pub fn new(scene: impl Into<String>, expectations: Vec<ExpectationResult>, cost: Cost) -> Self {
         let passed = expectations.iter().all(|e| e.passed);
-        Outcome { scene: scene.into(), passed, expectations, cost }
+        Outcome { scene: scene.into(), passed, expectations, cost, inputs: String::new() }
     }
 
     /// Contents of `report.json`; numbers that are not finite are null.

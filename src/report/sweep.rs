@@ -72,6 +72,9 @@ pub struct Sweep {
     pub keys: Vec<String>,
     /// Names of the measures.
     pub measures: Vec<String>,
+    /// Smallest and largest value of each measure that passes; empty where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<[Option<f64>; 2]>,
     /// One row a run; the second key changes fastest.
     pub rows: Vec<SweepRow>,
     /// Fitted laws.

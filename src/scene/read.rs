@@ -24,8 +24,8 @@ pub struct SceneFile {
     pub scene: Scene,
     /// The file.
     pub path: PathBuf,
-    /// The file's text with the overrides put in; what a case depends on.
-    pub text: String,
+    /// The file's text and the overrides.
+    pub source: Source,
 }
 
 /// Reads and checks a scene file; each of `overrides` is a `key=value` with a dotted key, applied in this order.
@@ -34,20 +34,20 @@ pub struct SceneFile {
 /// [`Error::Io`] or [`Error::Input`] if the file cannot be read as text, [`Error::Scene`] with the first fault in it.
 pub fn read(path: &Path, overrides: &[String]) -> Result<SceneFile> {
     let text = read_text(path)?;
-    let (scene, text) = parse(&path.display().to_string(), &text, overrides)?;
-    Ok(SceneFile { scene, path: path.to_path_buf(), text })
+    let (scene, source) = parse(&path.display().to_string(), &text, overrides)?;
+    Ok(SceneFile { scene, path: path.to_path_buf(), source })
 }
 
-/// [`read`] for a text; `name` is how messages call it. Returns the scene and the text with the overrides put in.
+/// [`read`] for a text; `name` is how messages call it. Returns the scene and its source.
 ///
 /// # Errors
 /// [`Error::Scene`] with the first fault.
-pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<(Scene, String)> {
+pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<(Scene, Source)> {
     let overrides = overrides.iter().map(|text| Override::parse(text)).collect::<Result<Vec<_>>>()?;
     let source = Source::new(name, text, overrides)?;
     let scene = deserialize(source.merged()).map_err(|fault| source.error(fault))?;
     validate::scene(&scene).map_err(|fault| source.error(fault))?;
-    Ok((scene, source.merged().raw().to_owned()))
+    Ok((scene, source))
 }
 
 /// The scene as a TOML text with every default written out; [`parse`] makes an equal scene of it.

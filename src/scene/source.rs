@@ -24,6 +24,7 @@ impl Fault {
 }
 
 /// A `--set key=value`.
+#[derive(Clone, Debug)]
 pub(super) struct Override {
     text: String,
     key: Vec<String>,
@@ -97,8 +98,9 @@ fn length(item: &Item) -> Option<usize> {
     item.as_array().map(toml_edit::Array::len).or_else(|| item.as_array_of_tables().map(toml_edit::ArrayOfTables::len))
 }
 
-/// The file as it is on the disk, and as the overrides make it.
-pub(super) struct Source {
+/// The text of a scene as it is on the disk, and as the overrides make it.
+#[derive(Clone, Debug)]
+pub struct Source {
     name: String,
     original: Document<String>,
     merged: Document<String>,
@@ -106,7 +108,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub fn new(name: &str, text: &str, overrides: Vec<Override>) -> Result<Self> {
+    pub(super) fn new(name: &str, text: &str, overrides: Vec<Override>) -> Result<Self> {
         let original = Document::parse(text.to_owned()).map_err(|error| {
             let message = one_line(error.message());
             placed(name, text, error.span(), format!("not valid TOML: {message}"), message, None)
@@ -121,12 +123,32 @@ impl Source {
         Ok(Source { name: name.to_owned(), original, merged, overrides })
     }
 
-    pub fn merged(&self) -> &Document<String> {
+    /// The text with the overrides put in.
+    pub fn text(&self) -> &str {
+        self.merged.raw()
+    }
+
+    /// The overrides, `key=value` each.
+    pub fn overrides(&self) -> impl Iterator<Item = &str> {
+        self.overrides.iter().map(|entry| entry.text.as_str())
+    }
+
+    /// Gives an error whose place is a key of this scene the line and column of that key; returns others as they are.
+    pub fn locate(&self, error: Error) -> Error {
+        let Error::Input { place, message, help } = error else { return error };
+        let key: Vec<String> = place.split('.').map(str::to_owned).collect();
+        match lookup(self.merged.as_item(), &key[..1]) {
+            Some(_) => self.error(Fault { key, message, help, of_key: false }),
+            None => Error::Input { place, message, help },
+        }
+    }
+
+    pub(super) fn merged(&self) -> &Document<String> {
         &self.merged
     }
 
     /// The fault as an error that shows its place: in the override that set the key, or else in the file.
-    pub fn error(&self, fault: Fault) -> Error {
+    pub(super) fn error(&self, fault: Fault) -> Error {
         let Fault { key, message, help, of_key } = fault;
         let mut what = key.join(".");
         if let Some(Item::Value(value)) = lookup(self.merged.as_item(), &key).filter(|_| !of_key) {

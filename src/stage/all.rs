@@ -1,7 +1,7 @@
 //! `all`: does every stage that is out of date, from mesh to report.
 
 use super::{Job, export, mesh, report, run as run_stage, setup};
-use crate::case::{Archive, Kind};
+use crate::case::{Archive, Folder, Kind};
 use crate::error::{Error, Result};
 
 /// The stage.
@@ -9,9 +9,12 @@ use crate::error::{Error, Result};
 /// # Errors
 /// Those of the stages, and an expectation that is missed.
 pub fn run(job: &Job) -> Result<()> {
+    report::check_sweeps(job)?;
     until_run(job)?;
-    export::run(job)?;
-    report::verdict(&[report::of_job(job)?])
+    if !export::is_current(job)? {
+        export::run(job)?;
+    }
+    report::bring_up_to_date(job)
 }
 
 /// Mesh, setup and run, where they are out of date.
@@ -28,7 +31,11 @@ pub fn until_run(job: &Job) -> Result<()> {
     }
     let (done, restart) = match run_stage::is_done(job) {
         // Checkpoints of an earlier state of the scene are what `all` is asked to replace.
-        Err(Error::Stale { .. }) => (false, true),
+        Err(Error::Stale { path, message, .. }) => {
+            let newest = Folder::new(&job.case, "").list()?.into_iter().next_back().unwrap_or(0);
+            job.say(&format!("run: {newest} steps are discarded: {} {message}", path.display()));
+            (false, true)
+        }
         done => (done?, false),
     };
     if done { Ok(()) } else { run_stage::run(job, &run_stage::Options { restart, stop_after: None }) }

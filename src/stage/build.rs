@@ -176,21 +176,24 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
     Ok(model)
 }
 
-/// What moves a held unknown: a pin's displacement [m], or its rotation [rad] about the edge's own direction.
-fn motion(scene: &Scene, mesh: &Mesh, topology: &Topology, nodes: &[Vector3<f64>], held: &Held) -> Result<Option<Motion>> {
+/// What moves a held unknown, and its key: a pin's displacement [m], or its rotation [rad] about the edge's own direction.
+fn motion(scene: &Scene, mesh: &Mesh, topology: &Topology, nodes: &[Vector3<f64>], held: &Held) -> Result<Option<(String, Motion)>> {
     let Some(pin) = held.pin else { return Ok(None) };
     let first_angle = supports::first_angle(mesh);
     if held.unknown < first_angle {
         let Some(expr) = pin_motion(scene, pin, held.unknown % 3) else { return Ok(None) };
-        let parsed = expression("pin.motion", expr, scene::POSITION_AND_TIME)?;
+        let key = format!("pin.{pin}.motion.{}", ["x", "y", "z"][held.unknown % 3]);
+        let parsed = expression(&key, expr, scene::POSITION_AND_TIME)?;
         let p = nodes[held.unknown / 3];
-        return Ok(Some(Box::new(move |t| parsed.eval(&[p.x, p.y, p.z, t]))));
+        return Ok(Some((key, Box::new(move |t| parsed.eval(&[p.x, p.y, p.z, t])))));
     }
     let Some(scene::PinDirector::Rotation(rotation)) = scene.pins.get(pin).and_then(|p| p.director.as_ref()) else { return Ok(None) };
     let edge = topology.edges[(held.unknown - first_angle) / supports::angles_per_edge(scene)];
-    let sense = supports::edge_sense(mesh, edge, &rotation.axis).map_err(|e| Error::input("pin.director.rotation.axis", e))?;
-    let angle = of_time("pin.director.rotation.angle", &rotation.angle)?;
-    Ok(Some(Box::new(move |t| sense * angle(t).to_radians())))
+    let sense =
+        supports::edge_sense(mesh, edge, &rotation.axis).map_err(|e| Error::input(format!("pin.{pin}.director.rotation.axis"), e))?;
+    let key = format!("pin.{pin}.director.rotation.angle");
+    let angle = of_time(&key, &rotation.angle)?;
+    Ok(Some((key, Box::new(move |t| sense * angle(t).to_radians()))))
 }
 
 /// The prescribed displacement along an axis of a pin, if it has one.

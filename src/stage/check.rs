@@ -1,9 +1,12 @@
 //! `check`: makes mesh and setup in memory and says which parts a scene has and how large it is. Writes no file.
 
-use super::{Job, mesh as mesh_stage, print, setup};
+use super::{Job, mesh as mesh_stage, print, report, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
 use crate::scene::{Composition, Diffusion, FlattenOnto, Lame, MachineDirection, Material, MeshTable, PinDirector, Rest, Scene, Shell};
+
+/// Ways in which a body that nothing holds moves without strain.
+const FREE_BODY: usize = 6;
 
 /// Prints the parts of the scene, one a line, and the numbers of vertices, faces and unknowns. The scene's own text was checked when the
 /// job was read; this finds what only its mesh can tell.
@@ -14,6 +17,11 @@ pub fn run(job: &Job) -> Result<()> {
     let (mesh, warnings) = mesh_stage::make(&job.scene, &job.scene_file)?;
     warnings.iter().for_each(|w| log::warn!("{w}"));
     let (setup, _) = setup::make(&job.scene, &mesh)?;
+    report::check_sweeps(job)?;
+    if job.scene.statics.is_some() && setup.held.len() < FREE_BODY {
+        let held = setup.held.len();
+        log::warn!("[statics]: the pins hold {held} unknowns, but a free body moves in {FREE_BODY} ways; `run` will find a mechanism");
+    }
     let mut lines = parts(&job.scene);
     lines.extend(job.scene.flatten.map(|table| ("flatten", flattened(table.onto, &mesh))));
     let extent: [f64; 3] = std::array::from_fn(|k| {
@@ -22,6 +30,14 @@ pub fn run(job: &Job) -> Result<()> {
     });
     let [x, y, z] = extent.map(|e| (1e6 * e).round() / 1e6);
     lines.push(("size", format!("{} vertices, {} faces, {x} x {y} x {z} m", mesh.vertices.len(), mesh.faces.len())));
+    if !mesh.regions.is_empty() {
+        let count = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+        let regions = mesh.regions.iter().map(|(name, r)| {
+            let [vertices, edges] = [count(r.vertices.len(), "vertex", "vertices"), count(r.edges.len(), "edge", "edges")];
+            format!("{name}: {vertices}, {edges}, {}", count(r.faces.len(), "face", "faces"))
+        });
+        lines.push(("regions", regions.collect::<Vec<_>>().join("\n          ")));
+    }
     lines.push(("unknowns", format!("{} free, {} held", setup.free_unknowns, setup.held.len())));
     let lines: Vec<String> = lines.into_iter().map(|(name, what)| format!("{name:<9} {what}")).collect();
     print(&lines.join("\n"))
@@ -93,7 +109,11 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
                 "{} expectations{}{}",
                 report.expectations.len(),
                 if report.ladder.is_some() { ", ladder" } else { "" },
-                if report.sweeps.is_empty() { String::new() } else { format!(", {} sweeps", report.sweeps.len()) }
+                match report.sweeps.len() {
+                    0 => String::new(),
+                    1 => ", 1 sweep".to_owned(),
+                    n => format!(", {n} sweeps"),
+                }
             ),
         ));
     }

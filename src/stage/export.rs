@@ -2,12 +2,28 @@
 
 use super::fields::{Fields, State};
 use super::{Job, mesh as mesh_stage, run as run_stage, setup};
-use crate::case::{Folder, vtk};
+use crate::case::{Folder, hash, vtk};
 use crate::error::{Error, Result};
 use crate::mesh::{FieldOn, Mesh, Topology, conformal};
 use crate::snapshot::{Association, Field};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+
+/// Whether the files that are there are those of the present checkpoints.
+///
+/// # Errors
+/// Those of the run.
+pub fn is_current(job: &Job) -> Result<bool> {
+    Ok(vtk::made_from(&path(job)).is_some_and(|hash| inputs(job).is_ok_and(|now| now == hash)))
+}
+
+/// Hash of what the files are made from: the checkpoints, and what is written of them.
+fn inputs(job: &Job) -> Result<String> {
+    let run = run_stage::inputs(job)?;
+    let output = serde_json::to_string(&job.scene.output).map_err(|e| Error::input("output", e.to_string()))?;
+    let checkpoints = Folder::new(&job.case, &run).fingerprint()?;
+    Ok(hash::of(&[env!("CARGO_PKG_VERSION").as_bytes(), run.as_bytes(), output.as_bytes(), checkpoints.as_bytes()]))
+}
 
 /// The stage.
 ///
@@ -34,11 +50,13 @@ pub fn run(job: &Job) -> Result<()> {
     let faces = if curved.is_empty() { vtk::Faces::Linear(&mesh.faces) } else { vtk::Faces::Quadratic(&curved) };
     let (mut files, mut director_files, mut units) = (Vec::new(), Vec::new(), BTreeMap::new());
     let mut prism_files: BTreeMap<&str, Vec<(f64, String)>> = BTreeMap::new();
+    let mut whole = true;
     for step in steps {
         let snapshot = match folder.read(step) {
             Ok(snapshot) => snapshot,
             Err(Error::Stale { path, message, .. }) if path == folder.path(step) && !message.contains("other inputs") => {
                 log::warn!("{}: {message}; left out", path.display());
+                whole = false;
                 continue;
             }
             Err(e) => return Err(e),
@@ -80,12 +98,14 @@ pub fn run(job: &Job) -> Result<()> {
         files.iter().chain(&director_files).chain(prism_files.values().flatten()).map(|(_, name)| name.as_str()).collect();
     remove_leftovers(&vtk_folder, &kept)?;
     if !director_files.is_empty() {
-        vtk::write_series(&vtk_folder.join("directors.pvd"), &director_files)?;
+        vtk::write_series(&vtk_folder.join("directors.pvd"), &director_files, None)?;
     }
     for (quantity, files) in &prism_files {
-        vtk::write_series(&vtk_folder.join(format!("{quantity}_prisms.pvd")), files)?;
+        vtk::write_series(&vtk_folder.join(format!("{quantity}_prisms.pvd")), files, None)?;
     }
-    vtk::write_series(&series, &files)?;
+    // Not of what lacks a state: that is to be tried again.
+    let inputs = if whole { Some(inputs(job)?) } else { None };
+    vtk::write_series(&series, &files, inputs.as_deref())?;
     job.say(&format!("{}: {} states", series.display(), files.len()));
     Ok(())
 }

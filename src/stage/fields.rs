@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::math::quadrature::GAUSS_2;
 use crate::mesh::{Mesh, Topology};
-use crate::model::RestDriver;
+use crate::model::{RestDriver, place_of_law};
 use crate::scene::{self, Scene};
 use crate::shell::Shell;
 use crate::shell::fields::at_point;
@@ -135,7 +135,7 @@ impl<'a> Fields<'a> {
             self.shell.set_stiffness(self.stiffness());
         }
         let rest = match &mut self.rest {
-            Some(driver) => driver.forms(state.time).map_err(|e| Error::input("rest", e))?,
+            Some(driver) => driver.forms(state.time).map_err(|e| Error::input(place_of_law(e.law), e.reason))?,
             None => self.setup.initial_forms.clone(),
         };
         Ok((unknowns, rest))

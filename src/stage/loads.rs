@@ -18,19 +18,20 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Regions that do not exist or have nothing to load.
 pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -> Result<Vec<AppliedLoad>> {
     let mut loads = Vec::new();
-    let mut add = |key, energy_name: Option<&'static str>, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
-        loads.push(AppliedLoad { key, energy_name, potential, factor: load_factor(scene, key, factor)? });
+    let mut add = |key: String, energy_name: Option<&'static str>, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
+        let factor = load_factor(scene, &key, factor)?;
+        loads.push(AppliedLoad { key, energy_name, potential, factor });
         Ok(())
     };
     if let Some(table) = &scene.gravity {
         let weight = DeadLoad::weight(carried, Vector3::from(table.acceleration));
-        add("gravity.factor", Some("gravity_energy_J"), Box::new(weight), &table.factor)?;
+        add("gravity.factor".into(), Some("gravity_energy_J"), Box::new(weight), &table.factor)?;
     }
     for (i, table) in scene.forces.iter().enumerate() {
         let vertices = &region(mesh, &format!("force.{i}.region"), &table.region)?.vertices;
         nothing(vertices.is_empty(), &format!("force.{i}.region"), &table.region, "vertices")?;
         let forces = vertices.iter().map(|v| (*v, Vector3::from(table.force))).collect();
-        add("force.factor", Some("force_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
+        add(format!("force.{i}.factor"), Some("force_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
     }
     for (i, table) in scene.edge_loads.iter().enumerate() {
         let pairs: BTreeSet<[usize; 2]> = region(mesh, &format!("edge-load.{i}.region"), &table.region)?.edges.iter().copied().collect();
@@ -43,7 +44,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
         }
         let force = Vector3::from(table.force);
         let forces = lengths.into_iter().map(|(node, length)| (node, force * length)).collect();
-        add("edge-load.factor", Some("edge_load_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
+        add(format!("edge-load.{i}.factor"), Some("edge_load_energy_J"), Box::new(DeadLoad::new(forces)), &table.factor)?;
     }
     for (i, table) in scene.moments.iter().enumerate() {
         let pairs: BTreeSet<[usize; 2]> = region(mesh, &format!("moment.{i}.region"), &table.region)?.edges.iter().copied().collect();
@@ -56,7 +57,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
                 moments.push((first + count * e + g, moment.dot(&tangent) / count as f64));
             }
         }
-        add("moment.factor", None, Box::new(EdgeMoment::new(moments)), &table.factor)?;
+        add(format!("moment.{i}.factor"), None, Box::new(EdgeMoment::new(moments)), &table.factor)?;
     }
     for (i, table) in scene.pressures.iter().enumerate() {
         let faces: Vec<usize> = match &table.region {
@@ -71,7 +72,7 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
             let nodes = faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect();
             Box::new(Pressure::<6, 18>::new(nodes, quadratic_triangle().to_vec(), table.pressure))
         };
-        add("pressure.factor", Some("pressure_energy_J"), potential, &table.factor)?;
+        add(format!("pressure.{i}.factor"), Some("pressure_energy_J"), potential, &table.factor)?;
     }
     Ok(loads)
 }

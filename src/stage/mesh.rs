@@ -39,9 +39,12 @@ pub fn path(job: &Job) -> PathBuf {
 pub fn inputs(job: &Job) -> Result<String> {
     let regions = serde_json::to_string(&(&job.scene.regions, job.scene.shell.element, &job.scene.refine, &job.scene.flatten))
         .map_err(|e| Error::input("scene", e.to_string()))?;
-    let mesh = of_table(&job.scene.mesh, &job.scene_file)?;
+    let key = if matches!(job.scene.mesh, MeshTable::Outline(_)) { "mesh.outline.file" } else { "mesh.file.path" };
+    let mesh = of_table(&job.scene.mesh, &job.scene_file).map_err(|e| at_file(key, e))?;
     let shape = match job.scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
-        Some(scene::Shape::File(table)) => of_table(&MeshTable::File(table.clone()), &job.scene_file)?,
+        Some(scene::Shape::File(table)) => {
+            of_table(&MeshTable::File(table.clone()), &job.scene_file).map_err(|e| at_file("rest.shape.file.path", e))?
+        }
         _ => String::new(),
     };
     Ok(hash::of(&[mesh.as_bytes(), regions.as_bytes(), shape.as_bytes()]))
@@ -154,6 +157,27 @@ fn other_shape(path: &Path, table: &scene::MeshFile, splits: Option<scene::Refin
     Ok(MeshField { on: FieldOn::Nodes, components: 3, data })
 }
 
+/// An error about a file as one about the key of the scene that names it.
+fn at_file(key: &str, error: Error) -> Error {
+    match error {
+        Error::Input { place, message, help } => Error::Input { place: key.into(), message: format!("{place}: {message}"), help },
+        Error::Io { .. } => Error::input(key, error.to_string()),
+        other => other,
+    }
+}
+
+/// Whether all vertices lie in one plane, but for round-off.
+fn is_plane(mesh: &Mesh) -> bool {
+    let origin = mesh.vertices[0];
+    let normal: Vector3<f64> = mesh
+        .faces
+        .iter()
+        .map(|f| (mesh.vertices[f[1]] - mesh.vertices[f[0]]).cross(&(mesh.vertices[f[2]] - mesh.vertices[f[0]])))
+        .max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))
+        .map_or_else(Vector3::z, |n| n.normalize());
+    mesh.vertices.iter().all(|p| (p - origin).dot(&normal).abs() <= 1e-6 * mesh.diameter())
+}
+
 /// Makes the mesh with all its regions, and warnings about it.
 pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     let mut warnings = Vec::new();
@@ -193,7 +217,7 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             let (key, points) = match (&t.file, &t.points) {
                 (Some(file), _) => {
                     let path = beside(scene_file, file);
-                    (path.display().to_string(), import::read_outline(&path)?)
+                    (path.display().to_string(), import::read_outline(&path).map_err(|e| at_file("mesh.outline.file", e))?)
                 }
                 (None, points) => ("mesh.outline.points".to_owned(), points.clone().unwrap_or_default()),
             };
@@ -201,10 +225,16 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             generate::outline(&key, &points, &t.holes, triangulation(&t.triangulation))?
         }
         MeshTable::File(t) => {
-            let path = beside(scene_file, &t.path);
-            let (mesh, noted) = import::read(&path, t.scale)?;
+            place = "mesh.file.path".to_owned();
+            let (mesh, noted) = import::read(&beside(scene_file, &t.path), t.scale).map_err(|e| at_file(&place, e))?;
             warnings.extend(noted);
-            place = path.display().to_string();
+            let (size, thickness) = (mesh.diameter(), scene.shell.thickness);
+            // Larger than a house and thinner than 1e-4 of its size.
+            if t.scale == 1.0 && size > 10.0 && thickness < 1e-4 * size {
+                warnings.push(format!(
+                    "mesh.file: the mesh is {size:.4} m across and the shell {thickness} m thick; is the mesh in mm? mesh.file.scale = 1e-3"
+                ));
+            }
             mesh
         }
     };
@@ -215,7 +245,7 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
         if mesh.midpoints.is_empty() {
             midpoints::place(&mut mesh, surface);
             validate::check(&mut mesh, &place)?;
-            if matches!((&scene.mesh, surface), (MeshTable::File(_), Surface::Plane)) {
+            if matches!((&scene.mesh, surface), (MeshTable::File(_), Surface::Plane)) && scene.flatten.is_none() && !is_plane(&mesh) {
                 warnings.push(format!(
                     "{place}: its faces are flat, so a curved shell has kinks between them; mesh.file.midpoints = \"smooth\" rounds them"
                 ));
@@ -243,7 +273,7 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
     }
     if let Some(scene::Shape::File(table)) = scene.rest.as_ref().and_then(|rest| rest.shape.as_ref()) {
         let path = beside(scene_file, &table.path);
-        let shape = other_shape(&path, table, scene.refine, &mesh)?;
+        let shape = other_shape(&path, table, scene.refine, &mesh).map_err(|e| at_file("rest.shape.file.path", e))?;
         if mesh.fields.insert(REST_SHAPE.to_owned(), shape).is_some() {
             return Err(Error::input("rest.shape.file", format!("the mesh file has a field '{REST_SHAPE}' already")));
         }

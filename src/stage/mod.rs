@@ -2,6 +2,7 @@
 
 pub mod all;
 mod build;
+mod changes;
 pub mod check;
 mod diffusion;
 pub mod export;
@@ -30,8 +31,8 @@ pub struct Job {
     pub scene: Scene,
     /// Where it was read from; paths in the scene are relative to its folder.
     pub scene_file: PathBuf,
-    /// The scene's text with the overrides put in.
-    pub scene_text: String,
+    /// Its text and overrides.
+    pub source: scene::Source,
     /// Folder of the case; made by the first stage that writes.
     pub case: PathBuf,
     /// Whether to show no progress.
@@ -47,7 +48,7 @@ impl Job {
         if scene_file.is_dir() && scene_file.join(RECORD).is_file() {
             return Self::read(&scene_file.join(RECORD), Some(case.unwrap_or(scene_file)), overrides, quiet);
         }
-        let scene::SceneFile { scene, path, text } = scene::read(scene_file, overrides)?;
+        let scene::SceneFile { scene, path, source } = scene::read(scene_file, overrides)?;
         for suspicion in scene::suspicions(&scene) {
             log::warn!("{suspicion}");
         }
@@ -55,7 +56,7 @@ impl Job {
             Some(case) => case.to_path_buf(),
             None => default_case(scene_file)?,
         };
-        Ok(Job { scene, scene_file: path, scene_text: text, case, quiet })
+        Ok(Job { scene, scene_file: path, source, case, quiet })
     }
 
     /// Name of the scene in reports: that of its file, or of the case's folder if it was read from there.
@@ -78,6 +79,11 @@ impl Job {
         if self.is_recorded() {
             return Ok(());
         }
+        atomic::write(&self.case.join(RECORD), scene::to_toml(&self.self_contained()?).as_bytes())
+    }
+
+    /// The scene with paths that do not depend on where its file is.
+    fn self_contained(&self) -> Result<Scene> {
         let mut scene = self.scene.clone();
         let shape = match scene.rest.as_mut().and_then(|rest| rest.shape.as_mut()) {
             Some(scene::Shape::File(table)) => Some(&mut table.path),
@@ -87,7 +93,31 @@ impl Job {
             let path = self.scene_file.parent().unwrap_or(Path::new("")).join(&*file);
             *file = std::path::absolute(&path).map_err(|e| Error::io("find", &path, e))?;
         }
-        atomic::write(&self.case.join(RECORD), scene::to_toml(&scene).as_bytes())
+        Ok(scene)
+    }
+
+    /// Adds to an error what only the job knows: line and column of a key of the scene, what has changed since a file was made, and the
+    /// real command in the place of `SCENE`.
+    pub fn explain(&self, error: Error) -> Error {
+        match error {
+            Error::Stale { path, mut message, help } => {
+                let changes = if message.contains("other inputs") { changes::since(self) } else { None };
+                message.extend(changes.map(|changes| format!(": {changes}")));
+                Error::Stale { path, message, help: help.replace("SCENE", &self.arguments()) }
+            }
+            other => self.source.locate(other),
+        }
+    }
+
+    /// Arguments of a command that is about this scene in this case.
+    fn arguments(&self) -> String {
+        let scene = if self.is_recorded() { &self.case } else { &self.scene_file };
+        let mut words = vec![quoted(&scene.display().to_string())];
+        if !self.is_recorded() && default_case(&self.scene_file).ok().as_ref() != Some(&self.case) {
+            words.push(format!("--case {}", quoted(&self.case.display().to_string())));
+        }
+        words.extend(self.source.overrides().map(|text| format!("--set {}", quoted(text))));
+        words.join(" ")
     }
 
     /// A time in words: seconds, or in statics the load factor.
@@ -103,6 +133,12 @@ impl Job {
             log::info!("{text}");
         }
     }
+}
+
+/// A word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-./=+:,@%".contains(c);
+    if word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// The scene as it was run, in the case's folder.

@@ -52,19 +52,19 @@ impl Reader<'_> {
 fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles: &Profiles) -> Result<Option<(Box<dyn Law>, bool)>> {
     let Some(rest) = &scene.rest else { return Ok(None) };
     let mut reader = Reader { mesh, changes: false };
-    let mut laws: Vec<Box<dyn Law>> = Vec::new();
+    let mut laws: Vec<(&'static str, Box<dyn Law>)> = Vec::new();
     if let Some(table) = &rest.pullback {
         let (abar, bbar) = (reader.tensor("rest.pullback.abar", &table.abar)?, reader.tensor("rest.pullback.bbar", &table.bbar)?);
-        laws.push(Box::new(Pullback { abar, bbar, components: components(table.components) }));
+        laws.push(("pullback", Box::new(Pullback { abar, bbar, components: components(table.components) })));
     }
     if let Some(table) = &rest.surface {
-        laws.push(Box::new(surface(table)?));
+        laws.push(("surface", Box::new(surface(table)?)));
     }
     if let Some(table) = &rest.shape {
-        laws.push(Box::new(other_shape(scene, mesh, topology, setup, table)?));
+        laws.push(("shape", Box::new(other_shape(scene, mesh, topology, setup, table)?)));
     }
     if let Some(table) = &rest.isotropic {
-        laws.push(Box::new(Isotropic { s: reader.scalar("rest.isotropic.s", &table.s)? }));
+        laws.push(("isotropic", Box::new(Isotropic { s: reader.scalar("rest.isotropic.s", &table.s)? })));
     }
     if let Some(table) = &rest.orthotropic {
         let [along, across] = &table.factors;
@@ -73,7 +73,7 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles:
             Some(angle) => at_angle(reader.scalar("rest.orthotropic.angle", angle)?),
             None => fibres(scene, mesh, setup)?,
         };
-        laws.push(Box::new(Orthotropic { factors, direction }));
+        laws.push(("orthotropic", Box::new(Orthotropic { factors, direction })));
     }
     if let Some(table) = swelling(rest) {
         let fibres = table.mu_perp.map(|mu| Ok::<_, Error>((mu, fibres(scene, mesh, setup)?))).transpose()?;
@@ -93,16 +93,18 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles:
             (None, _) => None,
         };
         reader.changes |= table.prescribed.is_none();
-        laws.push(match (moisture, profiles.get("moisture")) {
+        let prescribed = table.prescribed.is_some();
+        let law: Box<dyn Law> = match (moisture, profiles.get("moisture")) {
             (Some(moisture), _) => {
                 let profile = if table.layered { Profile::Bilayer(own()) } else { Profile::Linear };
-                Box::new(Swelling { profile, moisture, mu: table.mu, fibres })
+                Box::new(Swelling { profile, moisture, mu: table.mu, fibres, prescribed })
             }
             (None, Some(values)) => Box::new(expansion(["moisture", "%"], values, table.mu, fibres, own())),
             (None, None) => {
                 return Err(Error::input(format!("rest.{name}.m_plus"), "this key is missing, and the scene has no [moisture]"));
             }
-        });
+        };
+        laws.push((name, law));
     }
     if let (Some(table), Some(values)) = (&rest.thermal, profiles.get("temperature")) {
         reader.changes = true;
@@ -111,22 +113,18 @@ fn law(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, profiles:
         let across = table.expansion_perp.map(|mu| [mu, bottom.and_then(|layer| layer.expansion_perp).unwrap_or(mu)]);
         let fibres = across.map(|mu| Ok::<_, Error>((mu, fibres(scene, mesh, setup)?))).transpose()?;
         let layers = setup.constitutions.iter().map(Constitution::layers).collect();
-        laws.push(Box::new(expansion(["temperature", "K"], values, along, fibres, layers)));
+        laws.push(("thermal", Box::new(expansion(["temperature", "K"], values, along, fibres, layers))));
     }
     if let Some(table) = &rest.prestress {
-        laws.push(Box::new(Prestress {
+        let law = Prestress {
             times: table.times.as_ref().map(|times| reader.scalar("rest.prestress.times", times)).transpose()?,
             plus_a: reader.tensor("rest.prestress.plus_a", &table.plus_a)?,
             plus_b: reader.tensor("rest.prestress.plus_b", &table.plus_b)?,
             components: components(table.components),
-        }));
+        };
+        laws.push(("prestress", Box::new(law)));
     }
-    let law: Box<dyn Law> = match laws.len() {
-        0 => return Ok(None),
-        1 => laws.remove(0),
-        _ => Box::new(Product(laws)),
-    };
-    Ok(Some((law, reader.changes)))
+    Ok(if laws.is_empty() { None } else { Some((Box::new(Product(laws)), reader.changes)) })
 }
 
 /// What `linear` and `bilayer` have in common.

@@ -63,7 +63,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     model.restore(from).map_err(|e| Error::Stale {
         path: folder.path(from.step),
         message: e,
-        help: "remove it, then: thinshell run SCENE".into(),
+        help: crate::case::Kind::Checkpoint.remedy().into(),
     })?;
     if newest.is_some() {
         control.dt = from.dt;
@@ -203,19 +203,25 @@ pub fn inputs(job: &Job) -> Result<String> {
 /// How far a case has come: its newest valid checkpoint, and warnings about newer ones that are not.
 ///
 /// # Errors
-/// [`Error::Stale`] for checkpoints of other inputs, and for such as lie past the end that the scene has now.
+/// [`Error::Stale`] for checkpoints of other inputs, for such as lie past the end that the scene has now, and for a history that does not
+/// reach as far as they do.
 pub fn progress(job: &Job) -> Result<Newest> {
     let folder = Folder::new(&job.case, inputs(job)?);
     let newest = folder.newest_valid()?;
     let end = step_control(&job.scene).end;
-    match &newest.snapshot {
-        Some(s) if s.time > end => Err(Error::Stale {
+    let Some(s) = &newest.snapshot else { return Ok(newest) };
+    if s.time > end {
+        return Err(Error::Stale {
             path: folder.path(s.step),
             message: format!("is at t = {} s, past the end of the run at {end} s", s.time),
             help: "discard it: thinshell run SCENE --restart, or put back a later end".into(),
-        }),
-        _ => Ok(newest),
+        });
     }
+    if s.step > 0 {
+        // What a run cost is told by its history alone.
+        History::read_through(&history_path(job), s.step)?;
+    }
+    Ok(newest)
 }
 
 /// Whether the newest checkpoint is at the end of the run. Errors: those of [`progress`].
@@ -321,6 +327,6 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),
             help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells".into()),
         },
-        StepFailure::Input { place, reason } => Error::Input { place: place.into(), message: reason, help: Some(kept) },
+        StepFailure::Input { place, reason } => Error::Input { place, message: reason, help: Some(kept) },
     }
 }

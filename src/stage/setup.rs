@@ -8,9 +8,9 @@ use super::{rest, supports};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
-use crate::model::StepFailure;
-use crate::scene::{self, Scene};
-use crate::shell::rest::Forms;
+use crate::model::{StepFailure, place_of_law};
+use crate::scene::{self, Scene, Shape};
+use crate::shell::rest::{Forms, Impossible};
 use crate::shell::{Constitution, Director, Material};
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
@@ -76,7 +76,12 @@ pub fn inputs(job: &Job) -> Result<String> {
     let statics = s.statics.as_ref().map(|table| &table.perturbation);
     let start = (statics, s.dynamics.as_ref().map(|d| &d.velocity));
     let diffusing = [&s.moisture, &s.heat].map(|table| table.as_ref().map(|table| scene::Diffusion { prisms: false, ..table.clone() }));
-    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &s.rest, diffusing, loads, &s.pins, start));
+    let mut rest = s.rest.clone();
+    if let Some(Shape::File(table)) = rest.as_mut().and_then(|rest| rest.shape.as_mut()) {
+        // What is in the file counts, with the mesh, and not where it is.
+        table.path.clear();
+    }
+    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &rest, diffusing, loads, &s.pins, start));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
@@ -109,8 +114,9 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup, &diffusion::profiles(scene, mesh)?)? {
         Some(mut driver) => {
             // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
-            let end = driver.forms(if scene.runs_in_time() { 0.0 } else { 1.0 }).map_err(|e| Error::input("rest", e))?;
-            let start = driver.forms(0.0).map_err(|e| Error::input("rest", e))?;
+            let impossible = |e: Impossible| Error::input(place_of_law(e.law), e.reason);
+            let end = driver.forms(if scene.runs_in_time() { 0.0 } else { 1.0 }).map_err(impossible)?;
+            let start = driver.forms(0.0).map_err(impossible)?;
             admit("rest", &setup, &end)?;
             admit("rest", &setup, &start)?;
             start

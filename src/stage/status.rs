@@ -1,17 +1,17 @@
 //! `status`: prints which stages of a case are done, stale or missing. Writes nothing.
 
-use super::{Job, export, mesh, print, run as run_stage, setup};
-use crate::case::{Archive, Folder, Kind};
+use super::{Job, export, mesh, print, report, run as run_stage, setup};
+use crate::case::{Archive, Kind};
 use crate::error::{Error, Result};
 use std::path::Path;
 
 /// The stage.
 ///
 /// # Errors
-/// If the case cannot be looked into.
+/// If the case cannot be looked into, and a history that does not reach as far as the checkpoints do.
 pub fn run(job: &Job) -> Result<()> {
     let archive = |path: &Path, kind, inputs: &str| -> Result<String> {
-        match Archive::read_for(path, kind, inputs) {
+        match Archive::read_for(path, kind, inputs).map_err(|e| job.explain(e)) {
             Ok(_) => Ok("done".into()),
             Err(Error::Stale { message, .. }) => Ok(if path.exists() { format!("out of date: {message}") } else { "missing".into() }),
             Err(e) => Err(e),
@@ -19,29 +19,25 @@ pub fn run(job: &Job) -> Result<()> {
     };
     let mesh = archive(&mesh::path(job), Kind::Mesh, &mesh::inputs(job)?)?;
     let setup = archive(&setup::path(job), Kind::Setup, &setup::inputs(job)?)?;
-    let folder = Folder::new(&job.case, run_stage::inputs(job)?);
-    let newest = match run_stage::progress(job) {
-        Ok(newest) => {
-            newest.warnings.iter().for_each(|w| log::warn!("{w}"));
-            newest.snapshot
-        }
-        Err(Error::Stale { message, .. }) => {
-            return print(&format!("mesh    {mesh}\nsetup   {setup}\nrun     out of date: {message}"));
+    let progress = run_stage::progress(job).inspect(|newest| newest.warnings.iter().for_each(|w| log::warn!("{w}")));
+    let (run, damage) = match progress.map(|newest| newest.snapshot) {
+        Ok(None) => ("missing".to_owned(), None),
+        Ok(Some(s)) if run_stage::is_done(job)? => (format!("done: {} steps to {}", s.step, job.moment(s.time)), None),
+        Ok(Some(s)) => (format!("unfinished: {} steps to {}", s.step, job.moment(s.time)), None),
+        Err(e @ Error::Stale { .. }) => {
+            let lost = matches!(&e, Error::Stale { path, .. } if *path == run_stage::history_path(job));
+            let e = job.explain(e);
+            (format!("out of date: {e}"), lost.then_some(e))
         }
         Err(e) => return Err(e),
     };
-    let run = match &newest {
-        None => "missing".to_owned(),
-        Some(s) if run_stage::is_done(job)? => format!("done: {} steps to {}", s.step, job.moment(s.time)),
-        Some(s) => format!("unfinished: {} steps to {}", s.step, job.moment(s.time)),
+    let after_run = |path: &Path, is_current: bool| match (path.exists(), is_current) {
+        (false, _) => "missing",
+        (true, true) => "done",
+        (true, false) => "out of date",
     };
-    let age = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
-    let run_age = newest.as_ref().and_then(|s| age(&folder.path(s.step)));
-    let after_run = |path: &Path| match (age(path), run_age) {
-        (None, _) => "missing",
-        (Some(file), Some(run)) if file >= run => "done",
-        (Some(_), _) => "out of date",
-    };
-    let (export, report) = (after_run(&export::path(job)), after_run(&job.case.join("report.json")));
-    print(&format!("mesh    {mesh}\nsetup   {setup}\nrun     {run}\nexport  {export}\nreport  {report}"))
+    let export = after_run(&export::path(job), export::is_current(job)?);
+    let report = after_run(&job.case.join("report.json"), report::current(job).is_ok_and(|passed| passed.is_some()));
+    print(&format!("mesh    {mesh}\nsetup   {setup}\nrun     {run}\nexport  {export}\nreport  {report}"))?;
+    damage.map_or(Ok(()), Err)
 }

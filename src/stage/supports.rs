@@ -23,9 +23,9 @@ pub fn find(scene: &Scene, mesh: &Mesh, topology: &Topology) -> Result<(Vec<Held
     let (mut held, mut held_directors) = (BTreeMap::<usize, Option<usize>>::new(), BTreeMap::new());
     for (i, pin) in scene.pins.iter().enumerate() {
         let key = format!("pin.{i}");
-        let region = region(mesh, &key, &pin.region)?;
+        let region = region(mesh, &format!("{key}.region"), &pin.region)?;
         if region.vertices.is_empty() {
-            return Err(Error::input(key, format!("region '{}' has no vertices", pin.region)));
+            return Err(Error::input(format!("{key}.region"), format!("region '{}' has no vertices", pin.region)));
         }
         let edges: Vec<usize> = region.edges.iter().filter_map(|pair| edge_of.get(pair).copied()).collect();
         let middles = edges.iter().filter(|_| !mesh.midpoints.is_empty()).map(|e| vertices + e);

@@ -65,7 +65,7 @@ fn series_escapes_names_and_keeps_times() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("case.pvd");
     let files = vec![(0.0, "a.vtp".to_string()), (0.1 + 0.2, "<b>&\"c\".vtp".to_string()), (1e-12, "d.vtp".into())];
-    vtk::write_series(&path, &files).unwrap();
+    vtk::write_series(&path, &files, None).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.contains("timestep=\"0.30000000000000004\" part=\"0\" file=\"&lt;b&gt;&amp;&quot;c&quot;.vtp\"/>"), "{text}");
     assert!(text.contains("timestep=\"1e-12\""));

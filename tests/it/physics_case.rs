@@ -22,9 +22,9 @@ pub struct Case {
 
 fn job(text: &str) -> (Job, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
-    let (scene, scene_text) = scene::parse("scene.toml", text, &[]).unwrap_or_else(|e| panic!("{e:?}"));
+    let (scene, source) = scene::parse("scene.toml", text, &[]).unwrap_or_else(|e| panic!("{e:?}"));
     let case = folder.path().join("case");
-    (Job { scene, scene_file: folder.path().join("scene.toml"), scene_text, case, quiet: true }, folder)
+    (Job { scene, scene_file: folder.path().join("scene.toml"), source, case, quiet: true }, folder)
 }
 
 pub fn points(snapshot: &Snapshot, field: &str) -> Vec<Vector3<f64>> {

@@ -95,7 +95,7 @@ fn damaged_stage_files_are_refused_by_name() {
         let refuse = |words: &str| {
             let message = sandbox.fails(2, &[after, "scene.toml"]);
             assert!(
-                message.contains(file) && message.contains(words) && message.contains(&format!("thinshell {verb} SCENE")),
+                message.contains(file) && message.contains(words) && message.contains(&format!("thinshell {verb} scene.toml")),
                 "{words}: {message}"
             );
             assert!(sandbox.result() == before);
@@ -129,23 +129,23 @@ fn a_changed_scene_is_refused_with_the_verb_to_rerun() {
     let sandbox = Sandbox::new(&scene);
     sandbox.ok(&["all", "scene.toml", "-q"]);
     let changes = [
-        ("mesh.rectangle.cells=[6, 3]", "thinshell mesh SCENE"),
-        ("mesh.rectangle.size=[0.06, 0.021]", "thinshell mesh SCENE"),
-        ("region.0.where='x > 0.03'", "thinshell mesh SCENE"),
-        ("shell.thickness=2e-3", "thinshell setup SCENE"),
-        ("shell.director='average'", "thinshell setup SCENE"),
-        ("shell.viscosity=0.02", "thinshell setup SCENE"),
-        ("shell.region=[{region='part', density=2000}]", "thinshell setup SCENE"),
-        ("rest.linear.mu=0.02", "thinshell setup SCENE"),
-        ("rest.ramp='t'", "thinshell setup SCENE"),
-        ("gravity.acceleration=[0, 0, -9.8]", "thinshell setup SCENE"),
-        ("gravity.factor='cos(40 * t)'", "thinshell setup SCENE"),
-        ("pin.0.components=['x', 'z']", "thinshell setup SCENE"),
-        ("pin.0.motion.z='0.001 * t'", "thinshell setup SCENE"),
-        ("dynamics.velocity=[0, 0, 0]", "thinshell setup SCENE"),
-        ("dynamics.dt=1e-3", "thinshell run SCENE"),
-        ("solver.tolerance=1e-8", "thinshell run SCENE"),
-        ("solver.max_halvings=3", "thinshell run SCENE"),
+        ("mesh.rectangle.cells=[6, 3]", "thinshell mesh scene.toml"),
+        ("mesh.rectangle.size=[0.06, 0.021]", "thinshell mesh scene.toml"),
+        ("region.0.where='x > 0.03'", "thinshell mesh scene.toml"),
+        ("shell.thickness=2e-3", "thinshell setup scene.toml"),
+        ("shell.director='average'", "thinshell setup scene.toml"),
+        ("shell.viscosity=0.02", "thinshell setup scene.toml"),
+        ("shell.region=[{region='part', density=2000}]", "thinshell setup scene.toml"),
+        ("rest.linear.mu=0.02", "thinshell setup scene.toml"),
+        ("rest.ramp='t'", "thinshell setup scene.toml"),
+        ("gravity.acceleration=[0, 0, -9.8]", "thinshell setup scene.toml"),
+        ("gravity.factor='cos(40 * t)'", "thinshell setup scene.toml"),
+        ("pin.0.components=['x', 'z']", "thinshell setup scene.toml"),
+        ("pin.0.motion.z='0.001 * t'", "thinshell setup scene.toml"),
+        ("dynamics.velocity=[0, 0, 0]", "thinshell setup scene.toml"),
+        ("dynamics.dt=1e-3", "thinshell run scene.toml"),
+        ("solver.tolerance=1e-8", "thinshell run scene.toml"),
+        ("solver.max_halvings=3", "thinshell run scene.toml"),
     ];
     let before = sandbox.result();
     for (change, remedy) in changes {
@@ -213,7 +213,8 @@ fn status_tells_how_far_a_case_is() {
     sandbox.ok(&["all", "scene.toml", "-q"]);
     assert_eq!(lines(&status), ["mesh    done", "setup   done", "run     done: 20 steps to t = 0.04 s", "export  done", "report  done"]);
     let changed = lines(&["status", "scene.toml", "--set", "rest.linear.mu=0.1"]);
-    assert_eq!(changed[..2], ["mesh    done", "setup   out of date: was made from other inputs than the present ones"]);
+    let setup = "setup   out of date: was made from other inputs than the present ones: rest.linear.mu was 0.01, is 0.1";
+    assert_eq!(changed[..2], ["mesh    done", setup]);
     assert!(changed[2].starts_with("run     out of date"), "{changed:?}");
     truncate(&sandbox.case("mesh.h5"), 0.5);
     assert!(lines(&status)[0].starts_with("mesh    out of date: is cut off"), "{:?}", lines(&status));

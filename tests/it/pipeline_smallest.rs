@@ -18,7 +18,7 @@ fn json(path: &std::path::Path) -> Value {
 }
 
 fn assert_report(report: &Value, scene: &str, expectations: usize) {
-    let all = ["scene", "passed", "expectations", "dofs", "faces", "wall_s", "newton_iterations", "factorizations"];
+    let all = ["scene", "passed", "expectations", "dofs", "faces", "wall_s", "newton_iterations", "factorizations", "inputs"];
     assert_eq!(keys(report), BTreeSet::from(all));
     assert_eq!((&report["scene"], &report["passed"]), (&Value::from(scene), &Value::from(true)));
     let list = report["expectations"].as_array().unwrap();
@@ -142,7 +142,7 @@ fn a_ladder_has_rows_with_these_keys() {
     assert!(sandbox.case("ladder.json").exists() && sandbox.case("ladder.md").exists());
     assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml", "--set", "report.ladder.resolutions=[]"]).contains("resolutions"));
     sandbox.rewrite(FALL);
-    assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml"]).contains("has no [report.ladder]"));
+    assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml"]).contains("report.ladder: scene.toml has no such table"));
 }
 
 #[test]

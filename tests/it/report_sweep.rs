@@ -174,10 +174,14 @@ fn wrong_values_are_refused_before_anything_runs() {
         held(&with(&sweep[..fit], "key = \"shell.thickness\"", &format!("key = \"{key}\"")))
     };
     for (key, values, expected) in [
-        ("shell.thickness", "[1e-3, -1]", "shell.thickness = -1 (from --set): must be > 0 [m]"),
-        ("shell.thicknes", "[1e-3]", "shell.thicknes (from --set): unknown key"),
+        ("shell.thickness", "[1e-3, -1]", "report.sweep.0.values.1 = -1: shell.thickness = -1: must be > 0 [m]"),
+        ("shell.thicknes", "[1e-3]", "report.sweep.0.key = \"shell.thicknes\": shell.thicknes: unknown key"),
         ("shell.thickness.x", "[1e-3]", "`shell.thickness` is a float, it has no keys"),
-        ("pin.0.region", "[\"all\", \"nowhere\"]", "sweep scaling, pin.0.region=nowhere: pin.0: there is no region 'nowhere'"),
+        (
+            "pin.0.region",
+            "[\"all\", \"nowhere\"]",
+            "report.sweep.0.values.1 = \"nowhere\": with nowhere, pin.0.region: there is no region 'nowhere'",
+        ),
         ("pin.1.region", "[\"all\"]", "has 1 entries, numbered from 0"),
         ("mesh.rectangle.cells.0", "[2, 2.5]", "expected a whole number"),
         ("rest.pullback.bbar.0", "[1, \"1 / 0\"]", "must be finite"),
@@ -190,7 +194,7 @@ fn wrong_values_are_refused_before_anything_runs() {
         assert_eq!(sandbox.names("."), ["scene.toml"]);
     }
     let sandbox = Sandbox::new(HELD);
-    assert!(sandbox.fails(2, &["report", "--sweep", "scene.toml"]).contains("has no [[report.sweep]]"));
+    assert!(sandbox.fails(2, &["report", "--sweep", "scene.toml"]).contains("report.sweep: scene.toml has no such table"));
     assert_eq!(sandbox.output(&["report", "--sweep", "scene.toml", "--ladder", "scene.toml"]).status.code(), Some(2));
 }
 

@@ -44,7 +44,7 @@ fn law(values: &[f64], mu: [f64; 2], across: Option<[f64; 2]>, layers: Vec<Optio
 fn sides(curved: bool, profile: Profile, top: f64, bottom: f64, mu: [f64; 2], across: Option<[f64; 2]>) -> Forms {
     let moisture: [thinshell::shell::rest::ScalarField; 2] = [Box::new(move |_, _| top), Box::new(move |_, _| bottom)];
     let site = if curved { site() } else { flat() };
-    Swelling { profile, moisture, mu, fibres: across.map(|mu| (mu, fibres())) }.forms(&site, 0.0).unwrap()
+    Swelling { profile, moisture, mu, fibres: across.map(|mu| (mu, fibres())), prescribed: false }.forms(&site, 0.0).unwrap()
 }
 
 fn matrix(m: [f64; 3]) -> Matrix2<f64> {
@@ -152,6 +152,6 @@ fn layers_of_their_own_moduli_have_the_forms_of_least_energy() {
 
 #[test]
 fn what_would_shrink_to_nothing_is_refused_with_the_value() {
-    let error = law(&[0.0, -30.0, 0.0], [0.05; 2], None, Vec::new()).forms(&site(), 0.0).unwrap_err();
+    let error = law(&[0.0, -30.0, 0.0], [0.05; 2], None, Vec::new()).forms(&site(), 0.0).unwrap_err().reason;
     assert!(error.contains("-30 %") && error.contains("> 0"), "{error}");
 }

@@ -62,11 +62,11 @@ fn overrides_set_what_they_name() {
     assert_eq!(scene.solver.tolerance, 1e-8);
     assert_eq!(scene.gravity.unwrap().acceleration, [1.0, 2.0, 3.0]);
     // Tables that are not there are made, and the text shows them.
-    let (scene, text) = scene::parse("s", SMALLEST, &["output.interval=2".to_owned()]).unwrap();
+    let (scene, source) = scene::parse("s", SMALLEST, &["output.interval=2".to_owned()]).unwrap();
     assert_eq!(scene.output.interval, Some(2.0));
-    assert_eq!(parse(&text, &[]).unwrap(), scene);
-    let (_, text) = scene::parse("s", FULL, &["shell.thickness=1e-4".to_owned()]).unwrap();
-    assert!(text.contains("thickness = 1e-4 # one millimetre"), "{text}");
+    assert_eq!(parse(source.text(), &[]).unwrap(), scene);
+    let (_, source) = scene::parse("s", FULL, &["shell.thickness=1e-4".to_owned()]).unwrap();
+    assert!(source.text().contains("thickness = 1e-4 # one millimetre"), "{}", source.text());
 }
 
 #[test]

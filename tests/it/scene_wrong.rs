@@ -223,21 +223,21 @@ const WRONG: &[(&str, &str, &str)] = &[
 
 /// What only the mesh of the full scene can tell: the same, without a place.
 const WRONG_ON_THE_MESH: &[(&str, &str, &str)] = &[
-    ("{ waves = { region = \"boundary\" } }", "{ waves = { region = \"left\" } }", "waves.region: region 'left' is not a closed loop"),
+    (
+        "{ waves = { region = \"boundary\" } }",
+        "{ waves = { region = \"left\" } }",
+        "waves.region = \"left\": region 'left' is not a closed loop",
+    ),
     ("{ wave-amplitude = { region = \"boundary\" } }", "{ wave-amplitude = { region = \"corner\" } }", "region 'corner' has no edges"),
     ("{ waves = { region = \"boundary\" } }", "{ waves = { region = \"rim\" } }", "there is no region 'rim'"),
-    (
-        "b = [1, 0, 0]",
-        "b = [9, 0, 0]",
-        "distance-between.b: report: place of a vertex: the vertex nearest to (9, 0, 0) m is 8.000e0 m away",
-    ),
-    ("\"0.01 * r\"", "\"1 / r\"", "surface-distance.position.2: is inf at (0, 0, 0) m"),
+    ("b = [1, 0, 0]", "b = [9, 0, 0]", "distance-between.b = [9, 0, 0]: the vertex nearest to (9, 0, 0) m is 8.000e0 m away"),
+    ("\"0.01 * r\"", "\"1 / r\"", "surface-distance.position.2 = \"1 / r\": is inf at (0, 0, 0) m"),
     (
         "{ waves = { region = \"boundary\" } }",
         "{ original-distance = {} }",
-        "measures.4.measure.original-distance: there is no field 'original_position'",
+        "measures.4.measure.original-distance = {}: there is no field 'original_position'",
     ),
-    ("over = \"E * h^3\"", "over = \"h - 1\"", "energy.over: is -0.999 J for this shell, must be > 0"),
+    ("over = \"E * h^3\"", "over = \"h - 1\"", "energy.over = \"h - 1\": is -0.999 J for this shell, must be > 0"),
     ("statistic = \"median\", region = \"tip\"", "statistic = \"median\", region = \"left\"", "region 'left' has no faces"),
 ];
 

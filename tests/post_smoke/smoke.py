@@ -19,6 +19,7 @@ from synthetic import write_case, write_ladder, write_sweep
 POST = Path(__file__).resolve().parents[2] / "post"
 sys.path.append(str(POST))
 
+import plot_sweep  # noqa: E402
 from case import load_series  # noqa: E402
 
 
@@ -86,6 +87,36 @@ def smoke_curved(folder: Path) -> None:
     check("few curved faces look like many flat", different < 0.05, f"{different:.1%} differs")
 
 
+def smoke_faces(folder: Path) -> None:
+    """Arrays of faces keep one colour a face, and a picture uses all colours for its own range."""
+    # This one has as many faces as points.
+    write_case(folder / "few", steps=3, cells=(3, 2))
+    write_case(folder / "faces", steps=3)
+    picture = folder / "faces.png"
+    look = ("-o", picture, "--camera", "z", "--size", "640x480")
+    run("render.py", folder / "few", *look, "--step", "0", "--scalar", "thickness")
+    _, counts = np.unique(surface_pixels(iio.imread(picture)) // 16, axis=0, return_counts=True)
+    share = np.sort(counts)[-2:].sum() / counts.sum()
+    check("faces of two values have two colours", share > 0.9, f"{share:.1%} of the surface")
+    run("render.py", folder / "faces", *look, "--step", "1", "--scalar", "moisture_top")
+    red, green, blue = surface_pixels(iio.imread(picture)).T
+    yellow = float(np.mean((red > 180) & (green > 180) & (blue < 120)))
+    check("a picture has a range of its own", yellow > 0.01, f"{yellow:.1%} at the top of it")
+
+
+def smoke_sweep(folder: Path) -> None:
+    """Constants and the round-off of zero have axes on which they can be read, keys their units."""
+    write_sweep(folder / "axes.json")
+    figure, _ = plot_sweep.draw(plot_sweep.load_sweeps(folder / "axes.json"), None, False)
+    energy, waves, amplitude = figure.axes
+    check("a power law has logarithmic axes", energy.get_yscale() == "log", energy.get_yscale())
+    ticks = [tick for tick in waves.get_yticks() if waves.get_ylim()[0] <= tick <= waves.get_ylim()[1]]
+    inside = waves.get_ylim()[0] < 3.5 < 4.5 < waves.get_ylim()[1]
+    check("a constant has ticks and its limits in view", len(ticks) > 2 and inside, f"{ticks}")
+    check("round-off has no logarithm", amplitude.get_yscale() == "linear", f"{amplitude.get_ylim()}")
+    check("the key has its unit", energy.get_xlabel().endswith("[m]"), energy.get_xlabel())
+
+
 def smoke(case: Path, folder: Path) -> None:
     run(
         "render.py",
@@ -147,6 +178,8 @@ def main() -> int:
         try:
             smoke(case, folder)
             smoke_curved(folder)
+            smoke_faces(folder)
+            smoke_sweep(folder)
         except SmokeError as error:
             print(f"post: FAILED: {error}", file=sys.stderr)
             return 1

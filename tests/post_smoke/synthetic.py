@@ -20,6 +20,13 @@ def bend(flat: np.ndarray, curvature: float) -> np.ndarray:
     return bent
 
 
+def faces_of(surface: pv.DataSet) -> np.ndarray:
+    """The corners of each face."""
+    if isinstance(surface, pv.PolyData):
+        return surface.faces.reshape(-1, 4)[:, 1:]
+    return surface.cells.reshape(-1, 7)[:, 1:4]
+
+
 def with_arrays(surface: pv.DataSet, flat: np.ndarray, curvature: float) -> pv.DataSet:
     surface.point_data["displacement"] = np.asarray(surface.points) - flat
     surface.point_data["moisture_top"] = (
@@ -28,17 +35,20 @@ def with_arrays(surface: pv.DataSet, flat: np.ndarray, curvature: float) -> pv.D
     stress = np.zeros((surface.n_cells, 6))
     stress[:, 0] = 1e5 * curvature * np.sin(30 * surface.cell_centers().points[:, 0])
     surface.cell_data["membrane_stress"] = stress
+    # Two halves, which must not flow into one another.
+    middles = (flat[faces_of(surface)].mean(axis=1))[:, 0]
+    surface.cell_data["thickness"] = np.where(middles < STRIP[0] / 2, 1e-3, 2e-3)
     return surface
 
 
-def bent_strip(curvature: float) -> pv.PolyData:
+def bent_strip(curvature: float, cells: tuple[int, int]) -> pv.PolyData:
     """A strip bent to a cylinder of the given curvature (1/m), of flat faces, with arrays."""
     plane = pv.Plane(
         center=(STRIP[0] / 2, 0.0, 0.0),
         i_size=STRIP[0],
         j_size=STRIP[1],
-        i_resolution=40,
-        j_resolution=10,
+        i_resolution=cells[0],
+        j_resolution=cells[1],
     ).triangulate()
     flat = np.asarray(plane.points, dtype=float)
     return with_arrays(pv.PolyData(bend(flat, curvature), plane.faces), flat, curvature)
@@ -65,8 +75,10 @@ def curved_strip(curvature: float) -> pv.UnstructuredGrid:
     return with_arrays(grid, flat, curvature)
 
 
-def write_case(case: Path, steps: int = 6, curved: bool = False) -> None:
-    """The series, its units and a history in `case`; of curved faces if wanted."""
+def write_case(
+    case: Path, steps: int = 6, curved: bool = False, cells: tuple[int, int] = (40, 10)
+) -> None:
+    """The series, its units and a history in `case`; of curved faces if wanted, else so many flat."""
     vtk = case / "vtk"
     vtk.mkdir(parents=True, exist_ok=True)
     entries = []
@@ -80,8 +92,9 @@ def write_case(case: Path, steps: int = 6, curved: bool = False) -> None:
         for step in range(steps):
             time = 0.1 * step
             name = f"surface_{step:04}.{'vtu' if curved else 'vtp'}"
-            strip = curved_strip if curved else bent_strip
-            strip(10 * step / max(steps - 1, 1)).save(vtk / name)
+            curvature = 10 * step / max(steps - 1, 1)
+            strip = curved_strip(curvature) if curved else bent_strip(curvature, cells)
+            strip.save(vtk / name)
             entries.append(f'<DataSet timestep="{time:g}" group="" part="0" file="{name}"/>')
             writer.writerow(
                 [
@@ -138,12 +151,12 @@ def write_ladder(path: Path) -> None:
 
 
 def write_sweep(path: Path) -> None:
-    """A sweep over two keys: the cube of the first, with its law, and a measure that one run lacks."""
+    """A sweep over two keys: the cube of the first, with its law, a constant that one run lacks, and the round-off of zero; with limits."""
     rows = []
     for thickness in (1e-3, 2e-3, 4e-3):
         for width in ("[3, 2]", "[6, 4]"):
             failed = thickness == 2e-3 and width == "[3, 2]"
-            measures = [None, None] if failed else [5.0 * thickness**3, 4.0]
+            measures = [None] * 3 if failed else [5.0 * thickness**3, 4.0, 1e-53 * thickness]
             row = {"values": [thickness, width], "measures": measures}
             rows.append(row | ({"failure": "did not converge"} if failed else {}))
     fits = [
@@ -153,7 +166,8 @@ def write_sweep(path: Path) -> None:
     sweep = {
         "name": "scaling",
         "keys": ["shell.thickness", "mesh.rectangle.cells"],
-        "measures": ["energy", "waves"],
+        "measures": ["energy", "waves", "amplitude"],
+        "limits": [[1e-9, None], [3.5, 4.5], [None, None]],
         "rows": rows,
         "fits": fits,
     }

@@ -7,7 +7,7 @@
 
 use super::super::layered::{Bilayer, Layer, LayerMetric, rest_forms};
 use super::machine_direction::{MachineDirection, axes};
-use super::{Forms, Law, Site};
+use super::{Forms, Impossible, Law, Site};
 use crate::math::quadrature::GAUSS;
 use nalgebra::Matrix2;
 
@@ -94,7 +94,7 @@ impl Expansion {
 }
 
 impl Law for Expansion {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let (start, h) = (&site.initial, site.thickness);
         let direction = self.fibres.as_ref().map_or(Ok([1.0, 0.0]), |(_, direction)| direction.at(site, time))?;
         let q = axes(&start.a, direction);

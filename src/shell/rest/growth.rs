@@ -1,7 +1,7 @@
 //! Growth that is the same through the thickness: factors on the lengths there are (PHYSICS A3, `isotropic`; seed A, section 5.1).
 
 use super::machine_direction::{MachineDirection, stretch, stretched};
-use super::{Forms, Law, ScalarField, Site};
+use super::{Forms, Impossible, Law, ScalarField, Site};
 
 /// Law `isotropic`: `abar = e^(2s) a0`, `bbar = b0`.
 pub struct Isotropic {
@@ -10,11 +10,11 @@ pub struct Isotropic {
 }
 
 impl Law for Isotropic {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let s = (self.s)(site, time);
         let square = (2.0 * s).exp();
         if !(square.is_finite() && square > 0.0) {
-            return Err(format!("s = {s} makes the factor e^(2s) = {square}, which must be positive and finite"));
+            return Err(format!("s = {s} makes the factor e^(2s) = {square}, which must be positive and finite").into());
         }
         Ok(Forms { a: site.initial.a.map(|a| square * a), b: site.initial.b })
     }
@@ -30,10 +30,10 @@ pub struct Orthotropic {
 }
 
 impl Law for Orthotropic {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let factors = self.factors.each_ref().map(|f| f(site, time));
         if let Some(f) = factors.iter().find(|f| !(f.is_finite() && **f > 0.0)) {
-            return Err(format!("the growth factor {f} must be positive and finite"));
+            return Err(format!("the growth factor {f} must be positive and finite").into());
         }
         let f = stretch(&site.initial.a, self.direction.at(site, time)?, factors);
         Ok(Forms { a: stretched(&site.initial.a, &f), b: stretched(&site.initial.b, &f) })

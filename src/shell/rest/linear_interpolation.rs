@@ -1,7 +1,7 @@
 //! Rest forms of the linear element from a growth law (PHYSICS A3): three edge lengths make a metric.
 
 use super::super::linear_free::TANGENT;
-use super::{Forms, Interpolation, Law, Sampling, Site, admissible, ask, on};
+use super::{Forms, Impossible, Interpolation, Law, Sampling, Site, admissible, ask, on, place_and_time};
 use crate::math::quadrature::GAUSS;
 use crate::mesh::{Mesh, Topology};
 use nalgebra::Vector2;
@@ -25,7 +25,7 @@ pub struct LinearInterpolation {
 
 impl LinearInterpolation {
     /// Rest length of an edge [m].
-    fn length(&self, law: &dyn Law, edge: usize, time: f64) -> Result<f64, String> {
+    fn length(&self, law: &dyn Law, edge: usize, time: f64) -> Result<f64, Impossible> {
         let mut length = 0.0;
         for (s, weight) in GAUSS {
             let (mut square, mut count) = (0.0, 0.0);
@@ -37,8 +37,9 @@ impl LinearInterpolation {
                 count += 1.0;
             }
             if !(square > 0.0) {
-                let face = self.topology.edge_faces[edge][0].map_or(0, |s| s.face);
-                return Err(format!("face {face}: the rest metric gives an edge the squared length {square}, which must be > 0"));
+                let side = self.topology.edge_faces[edge].iter().flatten().next();
+                let place = side.map_or(String::new(), |side| place_and_time(&self.site(side.face, edge_place(side.local, s)), time));
+                return Err(format!("{place}: the rest metric gives an edge the squared length {square}, which must be > 0").into());
             }
             length += weight * (square / count).sqrt();
         }
@@ -47,19 +48,19 @@ impl LinearInterpolation {
 }
 
 impl Interpolation for LinearInterpolation {
-    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, String> {
+    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, Impossible> {
         let mut forms = Vec::with_capacity(self.mesh.faces.len());
         for f in 0..self.mesh.faces.len() {
             forms.push(ask(self, law, f, [1.0 / 3.0; 2], time)?);
         }
         if self.sampling == Sampling::Edges {
-            let lengths = (0..self.topology.edges.len()).map(|e| self.length(law, e, time)).collect::<Result<Vec<f64>, String>>()?;
+            let lengths = (0..self.topology.edges.len()).map(|e| self.length(law, e, time)).collect::<Result<Vec<f64>, Impossible>>()?;
             for (form, edges) in forms.iter_mut().zip(&self.topology.face_edges) {
                 let [l0, l1, l2] = edges.map(|e| lengths[e] * lengths[e]);
                 form.a = [l2, 0.5 * (l1 + l2 - l0), l1];
             }
         }
-        admissible(forms, 1)
+        admissible(self, forms, 1, time)
     }
     fn site(&self, face: usize, place: [f64; 2]) -> Site {
         let [v0, v1, v2] = self.mesh.faces[face].map(|v| self.mesh.vertices[v]);

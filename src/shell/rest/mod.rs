@@ -76,20 +76,35 @@ pub struct Site {
 /// A scalar of a site and time [s].
 pub type ScalarField = Box<dyn Fn(&Site, f64) -> f64>;
 
+/// Why there are no rest forms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Impossible {
+    /// Name of the law that is at fault, where it is one of several; empty else.
+    pub law: &'static str,
+    /// What is impossible; said by an interpolation or a driver also where and when.
+    pub reason: String,
+}
+
+impl From<String> for Impossible {
+    fn from(reason: String) -> Self {
+        Impossible { law: "", reason }
+    }
+}
+
 /// A growth law.
 pub trait Law {
     /// Rest forms at a site and time. Errors: what makes them impossible there, in words.
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String>;
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible>;
 }
 
-/// Laws one after the other, each starting from what the one before it makes.
-pub struct Product(pub Vec<Box<dyn Law>>);
+/// Laws with their names, one after the other, each starting from what the one before it makes.
+pub struct Product(pub Vec<(&'static str, Box<dyn Law>)>);
 
 impl Law for Product {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let mut site = *site;
-        for law in &self.0 {
-            site.initial = law.forms(&site, time)?;
+        for (name, law) in &self.0 {
+            site.initial = law.forms(&site, time).map_err(|e| Impossible { law: name, ..e })?;
         }
         Ok(site.initial)
     }
@@ -116,22 +131,28 @@ pub enum Sampling {
 
 /// How an element makes rest forms of a law.
 pub trait Interpolation {
-    /// Rest forms at a time [s], one per integration point. Errors: the face and what is impossible there.
-    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, String>;
+    /// Rest forms at a time [s], one per integration point. Errors: what is impossible, in which face, where and when.
+    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, Impossible>;
 
     /// The site at a place of a face's reference triangle.
     fn site(&self, face: usize, place: [f64; 2]) -> Site;
 }
 
 /// The law at a place of a face, which errors name.
-fn ask(interpolation: &dyn Interpolation, law: &dyn Law, face: usize, place: [f64; 2], time: f64) -> Result<Forms, String> {
-    law.forms(&interpolation.site(face, place), time).map_err(|e| format!("face {face}: {e}"))
+fn ask(interpolation: &dyn Interpolation, law: &dyn Law, face: usize, place: [f64; 2], time: f64) -> Result<Forms, Impossible> {
+    let site = interpolation.site(face, place);
+    law.forms(&site, time).map_err(|e| Impossible { reason: format!("{}: {}", place_and_time(&site, time), e.reason), ..e })
+}
+
+/// A site and a time in words.
+fn place_and_time(site: &Site, time: f64) -> String {
+    let [x, y, z] = site.position.map(|c| format!("{c:.5e}").parse().unwrap_or(c)).data.0[0];
+    format!("face {} at ({x}, {y}, {z}) m, t = {time}", site.face)
 }
 
 /// The forms, if they can all be those of a shell; else the first face (of `points` integration points each) where they cannot.
-fn admissible(forms: Vec<Forms>, points: usize) -> Result<Vec<Forms>, String> {
-    match forms.iter().position(|f| !f.is_admissible()) {
-        Some(k) => Err(format!("face {}: the rest metric {:?} (11, 12, 22 in m2) is not positive definite", k / points, forms[k].a)),
-        None => Ok(forms),
-    }
+fn admissible(interpolation: &dyn Interpolation, forms: Vec<Forms>, points: usize, time: f64) -> Result<Vec<Forms>, Impossible> {
+    let Some(k) = forms.iter().position(|f| !f.is_admissible()) else { return Ok(forms) };
+    let place = place_and_time(&interpolation.site(k / points, [1.0 / 3.0; 2]), time);
+    Err(format!("{place}: the rest metric {:?} (11, 12, 22 in m2) is not positive definite", forms[k].a).into())
 }

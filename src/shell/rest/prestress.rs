@@ -1,7 +1,7 @@
 //! Forms to which given tensors are added, so that the initial shape is under stress (PHYSICS A3, `flat-stress`).
 
 use super::pullback::plane_form;
-use super::{Components, Forms, Law, ScalarField, Site};
+use super::{Components, Forms, Impossible, Law, ScalarField, Site};
 
 /// Law `prestress`: `abar = times a + plus_a`, `bbar = b + plus_b`, of the forms it starts from.
 pub struct Prestress {
@@ -16,7 +16,7 @@ pub struct Prestress {
 }
 
 impl Law for Prestress {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let times = self.times.as_ref().map_or(1.0, |f| f(site, time));
         let plus =
             |fields: &Option<[ScalarField; 3]>| fields.as_ref().map_or([0.0; 3], |fields| plane_form(fields, self.components, site, time));

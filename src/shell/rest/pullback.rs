@@ -1,6 +1,6 @@
 //! Forms that are given in the xy plane (PHYSICS A3, `pullback`).
 
-use super::{Forms, Law, ScalarField, Site, pulled_back};
+use super::{Forms, Impossible, Law, ScalarField, Site, pulled_back};
 use nalgebra::{Vector2, Vector3};
 
 /// What components of forms in the plane refer to.
@@ -41,7 +41,7 @@ pub(super) fn plane_form(fields: &[ScalarField; 3], components: Components, site
 }
 
 impl Law for Pullback {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let form = |fields| plane_form(fields, self.components, site, time);
         let flat = Components::Cartesian.of(&site.position, &site.tangents);
         let a = self.abar.as_ref().map_or_else(|| pulled_back(&[1.0, 0.0, 1.0], &flat), form);

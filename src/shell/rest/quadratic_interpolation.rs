@@ -2,7 +2,7 @@
 
 use super::super::linear_free::TANGENT as DIRECTION;
 use super::super::quadratic_shape::{POINTS, REGGE, edge_point, gradient, linear, shape};
-use super::{Forms, Interpolation, Law, Sampling, Site, admissible, ask, on};
+use super::{Forms, Impossible, Interpolation, Law, Sampling, Site, admissible, ask, on};
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Vector2, Vector3};
 
@@ -31,7 +31,7 @@ impl QuadraticInterpolation {
 }
 
 impl Interpolation for QuadraticInterpolation {
-    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, String> {
+    fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, Impossible> {
         let faces = self.mesh.faces.len();
         let mut forms = Vec::with_capacity(3 * faces);
         for f in 0..faces {
@@ -40,7 +40,7 @@ impl Interpolation for QuadraticInterpolation {
             }
         }
         if self.sampling == Sampling::Centroid {
-            return admissible(forms, 3);
+            return admissible(self, forms, 3, time);
         }
         // t.abar.t at the Gauss points of each edge, from the lower vertex to the higher.
         let mut squares = vec![[0.0; 2]; self.topology.edges.len()];
@@ -70,7 +70,7 @@ impl Interpolation for QuadraticInterpolation {
                 forms[3 * f + k].a = std::array::from_fn(|c| REGGE[3 * k + c].iter().zip(&nine).map(|(r, v)| r * v).sum());
             }
         }
-        admissible(forms, 3)
+        admissible(self, forms, 3, time)
     }
     fn site(&self, face: usize, place: [f64; 2]) -> Site {
         let nodes = self.nodes(face);

@@ -1,6 +1,6 @@
 //! Forms of another shape of the same faces (PHYSICS A3, `initial` "of another mesh").
 
-use super::{Forms, Interpolation, Law, Site};
+use super::{Forms, Impossible, Interpolation, Law, Site};
 use nalgebra::Vector3;
 
 /// Law `shape`: the forms that the faces have in another shape.
@@ -10,7 +10,7 @@ pub struct OtherShape {
 }
 
 impl Law for OtherShape {
-    fn forms(&self, site: &Site, _time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, _time: f64) -> Result<Forms, Impossible> {
         let there = self.shape.site(site.face, site.place);
         let [p, q]: [Vector3<f64>; 2] = there.tangents;
         Ok(Forms { a: [p.norm_squared(), p.dot(&q), q.norm_squared()], b: there.initial.b })

@@ -2,7 +2,7 @@
 
 use super::super::layered::{Bilayer, LayerMetric, rest_forms};
 use super::machine_direction::{MachineDirection, stretch, stretched};
-use super::{Forms, Law, ScalarField, Site};
+use super::{Forms, Impossible, Law, ScalarField, Site};
 use nalgebra::Matrix2;
 
 /// How swelling is distributed over the thickness.
@@ -25,7 +25,12 @@ pub struct Swelling {
     pub mu: [f64; 2],
     /// With a machine direction: the changes across the fibres, and the direction.
     pub fibres: Option<([f64; 2], MachineDirection)>,
+    /// Whether the moisture is prescribed, and so refused where it is drier than bone dry. What diffuses answers for itself.
+    pub prescribed: bool,
 }
+
+/// Moisture of what has given off all its water [%].
+const BONE_DRY: f64 = -100.0;
 
 /// Names of the sides in errors.
 const SIDES: [&str; 2] = ["m_plus", "m_minus"];
@@ -37,6 +42,10 @@ impl Swelling {
         let mut sides = [Matrix2::identity(); 2];
         for (side, f) in sides.iter_mut().enumerate() {
             let m = (self.moisture[side])(site, time);
+            // Expressions reach the limit with some round-off.
+            if self.prescribed && m < BONE_DRY * (1.0 + 1e-9) {
+                return Err(format!("{} = {m} %, but {BONE_DRY} % is bone dry already", SIDES[side]));
+            }
             let factor = |mu: f64| {
                 let s = 1.0 + m * mu;
                 if s > 0.0 && s.is_finite() {
@@ -75,7 +84,7 @@ fn layered(start: &Forms, sides: &[Matrix2<f64>; 2], layers: &Bilayer, thickness
 }
 
 impl Law for Swelling {
-    fn forms(&self, site: &Site, time: f64) -> Result<Forms, String> {
+    fn forms(&self, site: &Site, time: f64) -> Result<Forms, Impossible> {
         let (start, h, sides) = (&site.initial, site.thickness, self.stretches(site, time)?);
         Ok(match &self.profile {
             Profile::Linear => alike(start, &sides, h, 0.5 / h),

@@ -88,14 +88,12 @@ impl<'a> Case<'a> {
                 help: "make some: thinshell run SCENE".into(),
             });
         };
-        let mut nearest: Option<Snapshot> = None;
-        for step in self.folder.list()? {
-            let snapshot = self.folder.read(step)?;
-            if nearest.as_ref().is_none_or(|n| (snapshot.time - time).abs() < (n.time - time).abs()) {
-                nearest = Some(snapshot);
-            }
-        }
-        nearest.ok_or_else(|| Error::input("report", "there is no checkpoint"))
+        // By the times of the history, so that no other checkpoint has to be whole, or is read.
+        let times = self.history.column("time_s").unwrap_or_default();
+        let distance =
+            |step: &u64| (step.checked_sub(1).map_or(0.0, |row| times.get(row as usize).copied().unwrap_or(f64::INFINITY)) - time).abs();
+        let nearest = self.folder.list()?.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        self.folder.read(nearest.ok_or_else(|| Error::input("report", "there is no checkpoint"))?)
     }
 
     /// Positions of the nodes [m] at a time, or at the end.

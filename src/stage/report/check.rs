@@ -28,11 +28,9 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh, columns: &[&str]) -> Result<()
 }
 
 fn check(key: &str, measure: &Measure, scene: &Scene, mesh: &Mesh, columns: &[&str]) -> Result<()> {
-    let vertex = |name: &str, at: &[f64; 3], region: Option<&str>| {
-        vertex_at(mesh, at, region).map(drop).map_err(|e| Error::input(format!("{key}{name}"), e.to_string()))
-    };
+    let vertex = |name: &str, at: &[f64; 3], region: Option<&str>| vertex_at(mesh, &format!("{key}{name}"), at, region).map(drop);
     match measure {
-        Measure::Displacement { at, region, .. } => vertex("", at, region.as_deref()),
+        Measure::Displacement { at, region, .. } => vertex(".displacement", at, region.as_deref()),
         Measure::DistanceBetween { a, b } => {
             vertex(".distance-between.a", a, None)?;
             vertex(".distance-between.b", b, None)

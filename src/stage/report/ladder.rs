@@ -27,7 +27,7 @@ struct Variant<'a> {
 /// become rows that say so.
 pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
     let Some((report, ladder)) = job.scene.report.as_ref().and_then(|r| Some((r, r.ladder.as_ref()?))) else {
-        return Err(Error::input(job.scene_file.display().to_string(), "the scene has no [report.ladder]"));
+        return Err(Error::input("report.ladder", format!("{} has no such table", job.scene_file.display())));
     };
     let mut rows = Vec::new();
     for variant in variants(job, ladder) {

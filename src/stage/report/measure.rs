@@ -20,11 +20,11 @@ impl Case<'_> {
         let (scene, mesh) = (&self.job.scene, &self.mesh);
         match measure {
             Measure::Displacement { at, axis, region } => {
-                let (vertex, axis) = (vertex_at(mesh, at, region.as_deref())?, build::axis_index(*axis));
+                let (vertex, axis) = (vertex_at(mesh, "report", at, region.as_deref())?, build::axis_index(*axis));
                 Ok(self.positions(time)?[vertex][axis] - mesh.vertices[vertex][axis])
             }
             Measure::DistanceBetween { a, b } => {
-                let (a, b) = (vertex_at(mesh, a, None)?, vertex_at(mesh, b, None)?);
+                let (a, b) = (vertex_at(mesh, "report", a, None)?, vertex_at(mesh, "report", b, None)?);
                 let positions = self.positions(time)?;
                 Ok((positions[b] - positions[a]).norm())
             }
@@ -63,7 +63,7 @@ impl Case<'_> {
     }
 
     fn waves(&self, region: &str, time: Option<f64>) -> Result<Option<Waves>> {
-        let rim = rim(&self.mesh, "report: waves.region", region)?;
+        let rim = rim(&self.mesh, "report", region)?;
         let along = |nodes: &[Vector3<f64>]| -> Vec<Vector3<f64>> { rim.iter().map(|v| nodes[*v]).collect() };
         Ok(waves(&along(&self.mesh.nodes()), &along(&self.positions(time)?)))
     }
@@ -111,7 +111,7 @@ impl Case<'_> {
         }
         let mut weights = weights(&self.mesh, &state, field);
         if let Some(region) = region {
-            let members = members(&self.mesh, "report: field.region", region, field.association)?;
+            let members = members(&self.mesh, "report", region, field.association)?;
             values = members.iter().map(|i| values[*i]).collect();
             weights = members.iter().filter_map(|i| weights.get(*i)).copied().collect();
         }
@@ -250,15 +250,15 @@ impl Image {
 }
 
 /// The vertex nearest to a place, of a region or of all.
-pub fn vertex_at(mesh: &Mesh, at: &[f64; 3], region: Option<&str>) -> Result<usize> {
+pub fn vertex_at(mesh: &Mesh, key: &str, at: &[f64; 3], region: Option<&str>) -> Result<usize> {
     let at = Vector3::from(*at);
     let among = match region {
-        Some(name) => setup::region(mesh, "report", name)?.vertices.clone(),
+        Some(name) => setup::region(mesh, &format!("{key}.region"), name)?.vertices.clone(),
         None => (0..mesh.vertices.len()).collect(),
     };
     let distance = |v: &usize| (mesh.vertices[*v] - at).norm();
     let nearest = among.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let nearest = nearest.ok_or_else(|| Error::input("report", "the region has no vertex"))?;
-    mesh_stage::near(mesh, nearest, &at).map_err(|e| Error::input("report: place of a vertex", e))?;
+    let nearest = nearest.ok_or_else(|| Error::input(key, "the region has no vertex"))?;
+    mesh_stage::near(mesh, nearest, &at).map_err(|e| Error::input(key, e))?;
     Ok(nearest)
 }

@@ -7,8 +7,8 @@ mod ladder;
 mod measure;
 mod sweep;
 
-use super::{Job, print};
-use crate::case::atomic;
+use super::{Job, print, run as run_stage};
+use crate::case::{Folder, atomic, hash};
 use crate::error::{Error, Result};
 use crate::report::{ExpectationResult, Outcome};
 use case::Case;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 pub use check::check_measures;
 pub use ladder::ladder;
-pub use sweep::sweep;
+pub use sweep::{check_sweeps, sweep};
 
 /// Reports on each of `targets`, a case's folder or a scene file (with `overrides`); `json` is written too, if given.
 ///
@@ -25,14 +25,16 @@ pub use sweep::sweep;
 pub fn run(targets: &[PathBuf], overrides: &[String], json: Option<&Path>, quiet: bool) -> Result<()> {
     let mut outcomes = Vec::new();
     for target in targets {
-        outcomes.push(of_job(&Job::read(target, None, overrides, quiet)?)?);
+        let job = Job::read(target, None, overrides, quiet)?;
+        outcomes.push(of_job(&job).map_err(|error| job.explain(error))?);
     }
     if let Some(path) = json {
         let list: Vec<String> = outcomes.iter().map(Outcome::to_json).collect();
         let text = if let [one] = list.as_slice() { one.clone() } else { format!("[{}]", list.join(",")) };
         atomic::write(path, text.as_bytes())?;
     }
-    verdict(&outcomes)
+    let missed: Vec<&str> = outcomes.iter().filter(|o| !o.passed).map(|o| o.scene.as_str()).collect();
+    verdict(&missed)
 }
 
 /// Writes `report.json` and `report.md` of one case and prints the latter.
@@ -43,7 +45,7 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
         let value = case.measure(&e.measure, e.time)?;
         results.push(ExpectationResult::new(&e.name, value, e.reference, e.tolerance, &e.source));
     }
-    let outcome = Outcome::new(job.name(), results, case.cost()?);
+    let outcome = Outcome { inputs: inputs(job)?, ..Outcome::new(job.name(), results, case.cost()?) };
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
     for line in case.switches().into_iter().chain(case.stability()) {
@@ -57,9 +59,45 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// [`Error::Missed`] if some expectation is.
-pub fn verdict(outcomes: &[Outcome]) -> Result<()> {
-    let missed: Vec<&str> = outcomes.iter().filter(|o| !o.passed).map(|o| o.scene.as_str()).collect();
+/// The report of one case, made if it is not there or out of date; [`Error::Missed`] if an expectation is.
+pub fn bring_up_to_date(job: &Job) -> Result<()> {
+    let passed = match current(job)? {
+        Some(passed) if !job.quiet => {
+            let path = job.case.join("report.md");
+            print(std::fs::read_to_string(&path).map_err(|e| Error::io("read", &path, e))?.trim_end())?;
+            passed
+        }
+        Some(passed) => passed,
+        None => of_job(job)?.passed,
+    };
+    let name = job.name();
+    verdict(if passed { &[] } else { std::slice::from_ref(&name) })
+}
+
+/// Whether the report that is there passed; none if there is none or it was made from something else.
+///
+/// # Errors
+/// Those of the run.
+pub fn current(job: &Job) -> Result<Option<bool>> {
+    let Ok(text) = std::fs::read_to_string(job.case.join("report.json")) else { return Ok(None) };
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let current = job.case.join("report.md").is_file() && report["inputs"].as_str() == Some(&inputs(job)?);
+    Ok(report["passed"].as_bool().filter(|_| current))
+}
+
+/// Hash of what a report is made from: what the scene expects, the checkpoints and the history.
+fn inputs(job: &Job) -> Result<String> {
+    let expected = job.scene.report.as_ref().map(|report| &report.expectations);
+    let expected = serde_json::to_string(&expected).map_err(|e| Error::input("report", e.to_string()))?;
+    let run = run_stage::inputs(job)?;
+    let history = hash::file(&run_stage::history_path(job))?;
+    let checkpoints = Folder::new(&job.case, &run).fingerprint()?;
+    Ok(hash::of(&[run.as_bytes(), expected.as_bytes(), history.as_bytes(), checkpoints.as_bytes()]))
+}
+
+/// [`Error::Missed`] if some scene, by its name, missed an expectation.
+fn verdict(missed: &[impl AsRef<str>]) -> Result<()> {
+    let missed: Vec<&str> = missed.iter().map(AsRef::as_ref).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed(format!("expectations missed: {}", missed.join(", ")))) }
 }
 

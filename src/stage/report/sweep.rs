@@ -17,9 +17,9 @@ use std::path::Path;
 pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
     let sweeps = job.scene.report.as_ref().map_or(&[][..], |r| &r.sweeps);
     if sweeps.is_empty() {
-        return Err(Error::input(job.scene_file.display().to_string(), "the scene has no [[report.sweep]]"));
+        return Err(Error::input("report.sweep", format!("{} has no such table", job.scene_file.display())));
     }
-    let planned = sweeps.iter().map(|sweep| plan(job, sweep)).collect::<Result<Vec<_>>>()?;
+    let planned = sweeps.iter().enumerate().map(|(i, sweep)| plan(job, i, sweep)).collect::<Result<Vec<_>>>()?;
     let mut results = Vec::new();
     for (sweep, runs) in sweeps.iter().zip(planned) {
         let mut rows = Vec::new();
@@ -29,7 +29,11 @@ pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
         let fits = fits(sweep, &rows);
         let keys = [Some(&sweep.key), sweep.second.as_ref().map(|s| &s.key)].into_iter().flatten().cloned().collect();
         let measures = sweep.measures.iter().map(|m| m.name.clone()).collect();
-        results.push(Sweep { name: sweep.name.clone(), keys, measures, rows, fits });
+        let mut limits: Vec<[Option<f64>; 2]> = sweep.measures.iter().map(|m| [m.least, m.most]).collect();
+        if limits.as_flattened().iter().all(Option::is_none) {
+            limits.clear();
+        }
+        results.push(Sweep { name: sweep.name.clone(), keys, measures, limits, rows, fits });
     }
     let tables: Vec<String> = results.iter().map(Sweep::to_markdown).collect();
     super::publish(job, "sweep", &table::to_json(&job.name(), &results), &tables.join("\n"), json)?;
@@ -40,40 +44,78 @@ pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
 /// One run of a sweep: its values and the scene with them.
 struct Run {
     values: Vec<SweepValue>,
+    /// Key of its value in the scene, for errors.
+    place: String,
     scene: scene::Scene,
-    text: String,
+    source: scene::Source,
 }
 
-/// All runs of a sweep, each checked as `check` does.
-fn plan(job: &Job, sweep: &scene::Sweep) -> Result<Vec<Run>> {
+/// Makes sure that the scene is one with every value of its sweeps. Makes no mesh.
+///
+/// # Errors
+/// The sweep's key where the scene cannot have that, else the value with which the scene is none.
+pub fn check_sweeps(job: &Job) -> Result<()> {
+    let sweeps = job.scene.report.as_ref().map_or(&[][..], |r| &r.sweeps);
+    sweeps.iter().enumerate().try_for_each(|(i, sweep)| runs(job, i, sweep).map(drop))
+}
+
+/// All runs of a sweep, each a scene.
+fn runs(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
     let list = |values: &[SweepValue], logarithmic: &Option<Logarithmic>| logarithmic.map_or(values.to_vec(), |table| table.values());
     let first = list(&sweep.values, &sweep.logarithmic);
     let second = sweep.second.as_ref().map(|s| (s.key.as_str(), list(&s.values, &s.logarithmic)));
+    let key = format!("report.sweep.{number}");
+    let of_value = |i: usize| if sweep.logarithmic.is_some() { format!("{key}.logarithmic") } else { format!("{key}.values.{i}") };
     let mut runs = Vec::new();
-    for value in &first {
+    for (i, value) in first.iter().enumerate() {
         let pairs: Vec<Vec<(&str, &SweepValue)>> = match &second {
             Some((key, others)) => others.iter().map(|other| vec![(sweep.key.as_str(), value), (*key, other)]).collect(),
             None => vec![vec![(sweep.key.as_str(), value)]],
         };
         for pair in pairs {
             let overrides: Vec<String> = pair.iter().map(|(key, value)| format!("{key}={}", value.text())).collect();
-            let (scene, text) = scene::parse(&job.scene_file.display().to_string(), &job.scene_text, &overrides)?;
-            let made = mesh_stage::make(&scene, &job.scene_file).and_then(|(mesh, _)| setup::make(&scene, &mesh));
-            made.map_err(|e| match e {
-                Error::Input { place, message, help } => {
-                    Error::Input { place: format!("sweep {}, {}: {place}", sweep.name, overrides.join(", ")), message, help }
+            let made = scene::parse(&job.scene_file.display().to_string(), job.source.text(), &overrides);
+            let (scene, source) = made.map_err(|e| match e {
+                Error::Scene(fault) => {
+                    // A fault at the start of an override is one of its key.
+                    let at_key = fault.text.name() == "--set" && fault.span.is_some_and(|span| span.offset() == 0);
+                    let of_second = overrides.get(1) == Some(fault.text.inner());
+                    let place = match (at_key, of_second) {
+                        (true, true) => format!("{key}.second.key"),
+                        (true, false) => format!("{key}.key"),
+                        (false, true) => format!("{key}.second"),
+                        (false, false) => of_value(i),
+                    };
+                    Error::Input { place, message: fault.message.replace(" (from --set)", ""), help: fault.help }
                 }
                 other => other,
             })?;
-            runs.push(Run { values: pair.into_iter().map(|(_, value)| value.clone()).collect(), scene, text });
+            let values = pair.into_iter().map(|(_, value)| value.clone()).collect();
+            runs.push(Run { values, place: of_value(i), scene, source });
         }
+    }
+    Ok(runs)
+}
+
+/// All runs of a sweep, each checked as `check` does.
+fn plan(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
+    let runs = runs(job, number, sweep)?;
+    for run in &runs {
+        let made = mesh_stage::make(&run.scene, &job.scene_file).and_then(|(mesh, _)| setup::make(&run.scene, &mesh));
+        made.map_err(|e| match e {
+            Error::Input { place, message, help } => {
+                let values: Vec<String> = run.values.iter().map(SweepValue::text).collect();
+                Error::Input { place: run.place.clone(), message: format!("with {}, {place}: {message}", values.join(", ")), help }
+            }
+            other => other,
+        })?;
     }
     Ok(runs)
 }
 
 fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
-    let step = Job { scene: run.scene, scene_text: run.text, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
+    let step = Job { scene: run.scene, source: run.source, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
     let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, None)).collect();
     let trial = attempt(&step, &measures)?;
     let cost = trial.cost;
