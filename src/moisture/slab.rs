@@ -99,7 +99,7 @@ impl Slab {
             if !positive(self.thickness[f]) {
                 return fault(format!("face {f}: {} is not a thickness: expected a positive number of metres", self.thickness[f]));
             }
-            if !semidefinite(self.in_plane[f]) || !(self.through[f] >= 0.0 && self.through[f].is_finite()) {
+            if !(semidefinite(self.in_plane[f]) && self.through[f] >= 0.0 && self.through[f].is_finite()) {
                 let (tensor, through) = (self.in_plane[f], self.through[f]);
                 return fault(format!(
                     "face {f}: {tensor:?} in the sheet and {through} through it are not diffusivities: expected 0 or more"

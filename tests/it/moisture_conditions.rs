@@ -225,7 +225,8 @@ fn slabs_and_conditions_without_meaning_are_refused() {
         Diffusion::new(slab, conditions, None, Mass::Lumped, Scheme::BackwardEuler, dt).err().map(|e| e.to_string()).unwrap_or_default()
     };
     assert_eq!(error(good(), Vec::new(), Some(1.0)), "");
-    let slabs: [(&str, fn(&mut Slab)); 9] = [
+    type Spoil = fn(&mut Slab);
+    let slabs: [(&str, Spoil); 9] = [
         ("2 faces, but [1, 2, 2, 2]", |s| s.metric.truncate(1)),
         ("face 1 has vertex 9", |s| s.faces[1][2] = 9),
         ("vertex 4 belongs to no face", |s| s.vertices = 5),

@@ -107,6 +107,18 @@ fn one_layer_decays_exponentially() {
     }
 }
 
+/// The bottom rises as `t`: `u'/2 = t - u` at the top with lumped mass, `u'/3 + 1/6 = t - u` with that of the elements.
+#[test]
+fn one_layer_follows_a_ramp() {
+    for (mass, rate) in [(Mass::Lumped, 2.0), (Mass::Consistent, 3.0)] {
+        let ramp = always(side(&cell(), Side::Bottom), Law::Value(Box::new(|_, t| t)));
+        let mut diffusion = one_column(uniform(1), vec![ramp], mass, Scheme::Sdirk2);
+        history(&mut diffusion, 1e-3, 700);
+        let (found, exact) = (diffusion.values()[1], 0.7 - 0.5 * (1.0 - (-rate * 0.7f64).exp()));
+        assert!((found - exact).abs() < 1e-7, "{mass:?}: {found} {exact}");
+    }
+}
+
 #[test]
 fn a_slab_wetted_on_both_sides_stays_flat() {
     // The even terms of the series of the mean.
