@@ -273,8 +273,8 @@ fn loads_that_are_refused() {
         }
         refused(&scene("factor = \"t +\"\n"), &[&format!("{key}.1.factor")]);
         refused(&scene("factor = \"x\"\n"), &[&format!("{key}.1.factor"), "x"]);
-        refused(&scene("factor = \"1 / t\"\n"), &[&format!("{key}.factor"), "inf"]);
-        refused(&scene("factor = \"sqrt(0.5 - t)\"\n"), &[&format!("{key}.factor"), "NaN"]);
+        refused(&scene("factor = \"1 / t\"\n"), &[&format!("{key}.1.factor"), "inf"]);
+        refused(&scene("factor = \"sqrt(0.5 - t)\"\n"), &[&format!("{key}.1.factor"), "NaN"]);
         refused(&scene("magnitude = 1.0\n"), &["magnitude"]);
     }
     let infinite = [("force", "force = [0, 0, 1e-4]", "force = [0, inf, 0]"), ("edge-load", "force = [0, 0, 1e-3]", "force = [0, 0, nan]")];
