@@ -47,11 +47,11 @@ pub fn run(job: &Job) -> Result<()> {
 fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     let shell = &scene.shell;
     let mut parts = vec![("mesh", mesh(&scene.mesh)), ("shell", describe_shell(shell))];
+    if let Some(refine) = &scene.refine {
+        parts.insert(1, ("refine", format!("each face into {}", 1u64 << (2 * refine.times))));
+    }
     if !scene.title.is_empty() {
         parts.insert(0, ("title", scene.title.clone()));
-    }
-    if let Some(refine) = &scene.refine {
-        parts.push(("refine", format!("{} times, each face into four", refine.times)));
     }
     if let Some(direction) = &scene.machine_direction {
         parts.push(("fibres", machine_direction(direction)));

@@ -30,6 +30,7 @@ mod physics_curvature;
 mod physics_directors;
 mod physics_motion;
 mod physics_newton;
+mod physics_revolution;
 mod physics_sampling;
 mod physics_stability;
 mod physics_supports;

@@ -46,9 +46,9 @@ const WRONG: &[(&str, &str, &str)] = &[
     // Regions.
     ("name = \"tip\"\nwhere", "name = §\"\"\nwhere", "region.0.name = \"\": must not be empty"),
     ("name = \"corner\"", "name = §\"tip\"", "region.1.name = \"tip\": a region of this name comes before"),
-    ("[[region]]\nname = \"tip\"\nwhere = \"x > 0.96\"", "§[[region]]\nname = \"tip\"", "region.0: exactly one of `where` and `nearest`"),
-    ("where = \"x > 0.96\"", "where = §\"x > t\"", "region.0.where = \"x > t\": unknown name `t`; variables here: x, y, z, r, theta"),
-    ("where = \"x > 0.96\"", "where = §\"x > \"", "found the end"),
+    ("[[region]]\nname = \"tip\"\nwhere = \"x > 0.99\"", "§[[region]]\nname = \"tip\"", "region.0: exactly one of `where` and `nearest`"),
+    ("where = \"x > 0.99\"", "where = §\"x > t\"", "region.0.where = \"x > t\": unknown name `t`; variables here: x, y, z, r, theta"),
+    ("where = \"x > 0.99\"", "where = §\"x > \"", "found the end"),
     ("nearest = [1.0, 0.2, 0.0]", "nearest = §[1.0, 0.2, nan]", "must be finite"),
     // Shell.
     ("thickness = 1e-3 #", "thickness = §-0.001 #", "shell.thickness = -0.001: must be > 0 [m]"),
