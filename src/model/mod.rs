@@ -5,5 +5,5 @@
 mod rest_driver;
 mod shell_model;
 
-pub use rest_driver::{Ramp, RestDriver};
+pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport};

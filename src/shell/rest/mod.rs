@@ -116,6 +116,9 @@ pub trait Interpolation {
     /// Rest forms at a time [s], one per integration point. Errors: the face and what is impossible there.
     fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, String>;
 
+    /// Integration points per face.
+    fn points(&self) -> usize;
+
     /// The site at a place of a face's reference triangle.
     fn site(&self, face: usize, place: [f64; 2]) -> Site;
 }
@@ -126,7 +129,7 @@ fn ask(interpolation: &dyn Interpolation, law: &dyn Law, face: usize, place: [f6
 }
 
 /// The forms, if they can all be those of a shell; else the first face (of `points` integration points each) where they cannot.
-fn admissible(forms: Vec<Forms>, points: usize) -> Result<Vec<Forms>, String> {
+pub fn admissible(forms: Vec<Forms>, points: usize) -> Result<Vec<Forms>, String> {
     match forms.iter().position(|f| !f.is_admissible()) {
         Some(k) => Err(format!("face {}: the rest metric {:?} (11, 12, 22 in m2) is not positive definite", k / points, forms[k].a)),
         None => Ok(forms),
