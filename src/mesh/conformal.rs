@@ -71,8 +71,8 @@ pub struct Flattened {
 /// Flattens a valid mesh with one boundary and no holes or handles. A curved face counts as the four straight ones between its nodes, so that
 /// growth by the factor and the curved image of a face agree within the face too, not only from face to face.
 ///
-/// Errors: a mesh that is no disc; a radius that is not positive; faces too thin; a boundary that cannot be closed or made a circle; faces
-/// that the map turns over, by number.
+/// Errors: a mesh that is no disc; a radius that is not positive; faces too thin; a boundary that cannot be closed or made a circle; a boundary
+/// vertex with half of the weight in the mean or more; faces that the map turns over, by number.
 pub fn flatten(mesh: &Mesh, onto: Onto) -> Result<Flattened> {
     if let Onto::Disc { radius } = onto
         && !(radius > 0.0 && radius.is_finite())
@@ -209,7 +209,7 @@ impl<'a> SurfaceData<'a> {
         held[self.boundary[0]] = true;
         let mut pinned = self.laplacian.factorise(&held)?;
         let mut points = circle::points(&self.lengths);
-        circle::centre(&mut points, &weights);
+        self.centre(&mut points, &weights)?;
         let mut arcs = circle::arcs(&points);
         let mut change = f64::INFINITY;
         let mut u = Vec::new();
@@ -224,7 +224,7 @@ impl<'a> SurfaceData<'a> {
             let half = |k: usize| 0.5 * (u[self.boundary[k % count]] - highest);
             let lengths: Vec<f64> = self.lengths.iter().enumerate().map(|(k, l)| l * (half(k) + half(k + 1)).exp()).collect();
             points = circle::points(&lengths);
-            circle::centre(&mut points, &weights);
+            self.centre(&mut points, &weights)?;
             let new = circle::arcs(&points);
             change = new.iter().zip(&arcs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             arcs = new;
@@ -248,6 +248,29 @@ impl<'a> SurfaceData<'a> {
         // The constant that gives the disc its area.
         let constant = 0.5 * (area / scaled).ln() - highest;
         Ok(Flattened { nodes: vertices, log_scale: u.iter().map(|u| -(u + constant)).collect() })
+    }
+
+    /// Brings the mean of boundary points on the unit circle with the weights of [`SurfaceData::boundary_weights`] to the centre.
+    fn centre(&self, points: &mut [Complex<f64>], weights: &[f64]) -> Result<()> {
+        circle::centre(points, weights).map_err(|off| {
+            let total: f64 = weights.iter().sum();
+            let heaviest = (0..weights.len()).max_by(|i, j| weights[*i].total_cmp(&weights[*j])).unwrap_or(0);
+            let (vertex, share) = (self.boundary[heaviest], weights[heaviest] / total);
+            let p = self.mesh.vertices[vertex];
+            let message = if share >= 0.5 {
+                format!(
+                    "the boundary vertex at ({:.4e}, {:.4e}, {:.4e}) m has {:.0} % of the weight in the mean over the surface: where one has \
+                     half or more, no map onto the disc brings the mean to the centre",
+                    p.x,
+                    p.y,
+                    p.z,
+                    100.0 * share
+                )
+            } else {
+                format!("the mean over the surface stays off the centre of the disc by {off:.1e} of its radius")
+            };
+            Error::input_with_help("flatten", message, "use a finer mesh without obtuse faces, above all at the boundary")
+        })
     }
 
     /// Weights of the boundary vertices, in turn, that give the mean over all vertices by area of any function harmonic inside.

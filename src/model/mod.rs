@@ -6,6 +6,6 @@ mod rest_driver;
 mod shell_model;
 mod transport;
 
-pub use rest_driver::{Ramp, RestDriver};
+pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
 pub use transport::{FollowingMass, Profile, Transport};

@@ -1,9 +1,12 @@
 //! How the rest forms change in time.
 
-use crate::shell::rest::{Forms, Impossible, Interpolation, Law};
+use crate::shell::rest::{Forms, Impossible, Interpolation, Law, admissible};
 
 /// Share of the law in force at a time.
 pub type Ramp = Box<dyn Fn(f64) -> f64>;
+
+/// What materials cannot be at rest. Errors: face and reason.
+pub type Limit = Box<dyn Fn(&[Forms]) -> Result<(), String>>;
 
 /// A growth law, its share in time, and the forms it starts from. Evaluates only what changes.
 pub struct RestDriver {
@@ -12,6 +15,7 @@ pub struct RestDriver {
     interpolation: Box<dyn Interpolation>,
     ramp: Option<Ramp>,
     initial: Vec<Forms>,
+    limit: Option<Limit>,
     /// The law's forms, where they do not change.
     constant: Option<Vec<Forms>>,
 }
@@ -26,7 +30,12 @@ impl RestDriver {
         ramp: Option<Ramp>,
         initial: Vec<Forms>,
     ) -> Self {
-        RestDriver { law, law_changes, interpolation, ramp, initial, constant: None }
+        RestDriver { law, law_changes, interpolation, ramp, initial, limit: None, constant: None }
+    }
+
+    /// From now on forms that the materials cannot have at rest are refused.
+    pub fn set_limit(&mut self, limit: Limit) {
+        self.limit = Some(limit);
     }
 
     /// Whether the forms change in time at all.
@@ -36,6 +45,13 @@ impl RestDriver {
 
     /// Rest forms at a time [s]. Errors: the law that is at fault, where and when.
     pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, Impossible> {
+        let forms = self.mixed(time)?;
+        self.limit.as_ref().map_or(Ok(()), |limit| limit(&forms))?;
+        Ok(forms)
+    }
+
+    /// The initial forms and those of the law by its share.
+    fn mixed(&mut self, time: f64) -> Result<Vec<Forms>, Impossible> {
         let evaluate = || self.interpolation.forms(&*self.law, time);
         let law = if self.law_changes {
             evaluate()?
@@ -50,10 +66,7 @@ impl RestDriver {
         if !share.is_finite() {
             return Err(format!("the ramp is {share} at t = {time}").into());
         }
-        let mixed: Vec<Forms> = self.initial.iter().zip(&law).map(|(a, b)| a.mix(b, share)).collect();
-        match mixed.iter().position(|f| !f.is_admissible()) {
-            Some(k) => Err(format!("integration point {k}, t = {time}: the rest metric at ramp {share} is not positive definite").into()),
-            None => Ok(mixed),
-        }
+        let mixed = self.initial.iter().zip(&law).map(|(a, b)| a.mix(b, share)).collect();
+        admissible(&*self.interpolation, mixed, time).map_err(|e| format!("{} where the ramp is {share}", e.reason).into())
     }
 }

@@ -215,7 +215,8 @@ impl Newton {
         Ok(done.negative_pivots)
     }
 
-    /// Mixed iterations from `x` until the movement is within `tolerance` [m]; the held unknowns `moved` go along with the first.
+    /// Mixed iterations from `x` until the movement, less what round-off alone makes of it, is within `tolerance` [m]; the held unknowns `moved`
+    /// go along with the first.
     pub(super) fn mixed(
         &mut self,
         potentials: &mut [&mut dyn Potential],
@@ -223,7 +224,7 @@ impl Newton {
         moved: &[(usize, f64)],
         tolerance: f64,
     ) -> Result<Solved, Failure> {
-        let (mut smallest, mut movement) = (f64::INFINITY, f64::INFINITY);
+        let (mut smallest, mut movement, mut last) = (f64::INFINITY, f64::INFINITY, 0.0);
         for iteration in 1..=self.settings.max_iterations as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
@@ -256,6 +257,12 @@ impl Newton {
             if !(movement < 3.0 * self.settings.diameter) {
                 return Err(Failure::NotContracting(movement));
             }
+            // Where movements do not shrink, round-off may make them.
+            if !moving && movement > tolerance && movement > 0.5 * last {
+                self.leave_out_round_off(potentials, x, tolerance);
+                movement = self.movement();
+            }
+            last = movement;
             potentials.iter_mut().for_each(|p| p.extrapolate(x, &self.dx));
             x.iter_mut().zip(&self.dx).for_each(|(x, d)| *x += d);
             if movement <= tolerance {

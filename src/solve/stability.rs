@@ -6,18 +6,21 @@
 //!
 //! From the displaced state the energy falls along the implicit gradient flow: each step minimises the energy and a pull
 //! `sigma/2 |x - x_k|_M^2` towards where it starts, by the mixed iteration, whose count does not depend on the thickness. A step is taken only
-//! if the energy with the pull fell and no pivot was negative; then the pull is weakened, else strengthened. Without a pull it is Newton's method,
-//! which cannot settle along a mode whose eigenvalue is lost in round-off: there the flow ends where the energy no longer falls.
+//! if the energy with the pull fell and no pivot was negative; then the pull is weakened, else strengthened. Without a pull it is Newton's method;
+//! on a floor that is level within round-off the flow ends before, where the energy no longer falls.
 //! Where several modes are unstable, descent on the energy goes ahead while it pays; on the floors of valleys, where it stalls, the flow does not.
 //! Paths of equilibria are not followed here.
 
 use super::newton::{Failure, Newton, Solved};
 use crate::error::Result;
-use crate::sparse::lanczos::{Mode, largest};
+use crate::sparse::lanczos::largest;
 use crate::sparse::{Curvature, Kind, Numbering, Pattern, Potential, System};
 
 /// Equilibria that one step may leave.
 const MOST_SWITCHES: usize = 20;
+
+/// Round-off of an eigenvalue over the largest stiffness of a coordinate.
+const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// Weakest pull, over the rate at which the mode grew that was left, that a floor without slope is told by.
 const NEUTRAL: f64 = 1e-2;
@@ -34,6 +37,27 @@ pub struct Stability {
     pub lowest: f64,
     /// Equilibria left on the way.
     pub switches: u64,
+}
+
+/// The lowest eigenvalue of one equilibrium.
+struct Lowest {
+    /// Eigenvalue [N/m3].
+    value: f64,
+    /// Negative pivots of the Hessian. Where `value` is within its round-off, they and its sign may not agree.
+    negative_pivots: usize,
+    /// Largest stiffness of a coordinate over its rest area [N/m3], > 0.
+    stiffest: f64,
+}
+
+impl Lowest {
+    /// That of a shell none of whose nodes may move.
+    const NONE: Lowest = Lowest { value: f64::INFINITY, negative_pivots: 0, stiffest: f64::MIN_POSITIVE };
+
+    /// Rate at which the mode grows that is to be left [N/m3], > 0. An eigenvalue that round-off has put at zero or above tells only that the
+    /// rate is below what round-off can tell.
+    fn rate(&self) -> f64 {
+        (-self.value).max(ROUND_OFF * self.stiffest)
+    }
 }
 
 /// What tells modes apart, and the last one.
@@ -99,7 +123,8 @@ impl Newton {
     ) -> Result<Solved, Failure> {
         let mut stability: Option<Stability> = None;
         for switches in 0..=MOST_SWITCHES as u64 {
-            let (lowest, negative_pivots) = self.lowest(potentials, x)?;
+            let mode = self.lowest(potentials, x)?;
+            let (lowest, negative_pivots) = (mode.value, mode.negative_pivots);
             solved.negative_pivots = negative_pivots;
             let known = stability.insert(Stability { before: stability.map_or(lowest, |s| s.before), lowest, switches });
             solved.stability = Some(*known);
@@ -108,7 +133,7 @@ impl Newton {
                 return Ok(solved);
             }
             log::debug!("the equilibrium is unstable: lowest eigenvalue {lowest:e} N/m3, {negative_pivots} negative pivots");
-            let noise = self.round_off(potentials, x);
+            let noise = self.energy_round_off(potentials, x);
             let Some(step) = self.step_along_mode(potentials, x, noise) else {
                 log::debug!("along the lowest mode the energy does not fall by more than round-off: the equilibrium counts as neutral");
                 self.counters.branch_switches += switches;
@@ -116,35 +141,39 @@ impl Newton {
             };
             // Far past a branch, where several modes grow, the way is long and its first part steep.
             let fallen = if negative_pivots > 1 { self.fall(potentials, x) } else { 0 };
-            let found = self.flow(potentials, x, -lowest, step, noise)?;
+            // An equilibrium without stress has less round-off than the shapes that the shell leaves it for.
+            let noise = noise.max(self.energy_round_off(potentials, x));
+            let found = self.flow(potentials, x, &mode, step, noise)?;
             solved = Solved { iterations: solved.iterations + fallen + found.iterations, ..found };
         }
         Err(Failure::Unstable(stability.map(|s| s.lowest)))
     }
 
-    /// Lowest eigenvalue [N/m3] and negative pivots of the Hessian at the equilibrium `x`; keeps the mode.
-    fn lowest(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<(f64, usize), Failure> {
-        let Some(mut stabilizer) = self.stabilizer.take() else { return Ok((f64::INFINITY, 0)) };
+    /// The lowest eigenvalue of the Hessian at the equilibrium `x`; keeps the mode.
+    fn lowest(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<Lowest, Failure> {
+        let Some(mut stabilizer) = self.stabilizer.take() else { return Ok(Lowest::NONE) };
         let found = self.lowest_of(potentials, x, &stabilizer.mass);
-        if let Ok((mode, _)) = &found {
-            stabilizer.mode.clone_from(&mode.vector);
+        if let Ok((_, vector)) = &found {
+            stabilizer.mode.clone_from(vector);
         }
         self.stabilizer = Some(stabilizer);
-        found.map(|(mode, negative_pivots)| (mode.value, negative_pivots))
+        found.map(|(lowest, _)| lowest)
     }
 
-    fn lowest_of(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], mass: &[f64]) -> Result<(Mode, usize), Failure> {
+    /// The same with its mode, for a rest area `mass` of each free unknown.
+    fn lowest_of(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], mass: &[f64]) -> Result<(Lowest, Vec<f64>), Failure> {
         if !mass.iter().any(|m| *m > 0.0) {
-            return Ok((Mode { value: f64::INFINITY, vector: vec![0.0; mass.len()] }, 0));
+            return Ok((Lowest::NONE, vec![0.0; mass.len()]));
         }
         potentials.iter_mut().for_each(|p| p.prepare(x));
         self.assemble(potentials, x, Curvature::Mixed);
         let hessian = self.system.matrix.clone();
         // A zero pivot here is a branching point that was hit exactly, and no mechanism: its mode tells the side.
         let pivots = self.solve_linear(Kind::Ldlt).ok();
-        // Eigenvalues below this are round-off, and so is what a solve with a matrix makes of their modes.
+        // Eigenvalues below `least` are round-off, and so is what a solve with a matrix makes of their modes.
         let stiffness = self.pattern.column_start.iter().zip(mass).filter(|(_, m)| **m > 0.0);
-        let least = 64.0 * f64::EPSILON * stiffness.map(|(slot, m)| hessian[*slot as usize].abs() / m).fold(0.0, f64::max);
+        let stiffest = stiffness.map(|(slot, m)| hessian[*slot as usize].abs() / m).fold(f64::MIN_POSITIVE, f64::max);
+        let least = ROUND_OFF * stiffest;
         let mut sigma = 0.0;
         if pivots.is_none() {
             sigma = self.shift_above(&hessian, mass, least)?;
@@ -169,7 +198,7 @@ impl Newton {
         let sign = coordinates().find(|v| v.abs() > 0.5 * size).map_or(1.0, f64::signum);
         mode.vector.iter_mut().for_each(|v| *v *= sign / size);
         let negative_pivots = pivots.unwrap_or(usize::from(mode.value < 0.0));
-        Ok((mode, negative_pivots))
+        Ok((Lowest { value: mode.value, negative_pivots, stiffest }, mode.vector))
     }
 
     /// Factors `hessian + sigma M`, with a `sigma` [N/m3] of at least this that makes it positive definite; returns it.
@@ -185,23 +214,6 @@ impl Newton {
             }
         }
         Err(Failure::Unstable(None))
-    }
-
-    /// Round-off of the energy [J] at the equilibrium `x`: how far it changes as coordinates do in their last digit, where it ought not to. It
-    /// grows with stresses, for strains are differences of much larger numbers.
-    fn round_off(&mut self, potentials: &[&mut dyn Potential], x: &[f64]) -> f64 {
-        let energy = energy(potentials, x);
-        let last_digit = f64::EPSILON * self.settings.diameter;
-        let mut largest = f64::EPSILON * energy.abs();
-        for sample in 1..=4 {
-            self.trial.copy_from_slice(x);
-            for &unknown in self.numbering.unknowns().iter().filter(|u| (**u as usize) < self.settings.lengths) {
-                let shift = 2.0 * (0.618_034 * (sample * (unknown + 1)) as f64).fract() - 1.0;
-                self.trial[unknown as usize] += 2.0 * shift * last_digit;
-            }
-            largest = largest.max((potentials.iter().map(|p| p.energy(&self.trial)).sum::<f64>() - energy).abs());
-        }
-        4.0 * largest
     }
 
     /// Moves `x` along the lowest mode, to the side and as far as the energy falls most; returns how far [m], none if it does not fall by
@@ -253,12 +265,21 @@ impl Newton {
         self.settings.max_iterations as u64
     }
 
-    /// The gradient flow from `x` to an equilibrium of lower energy. `rate`: of growth of the lowest mode [N/m3]; `step`: size of the first
+    /// The gradient flow from `x` to an equilibrium of lower energy. `mode`: the one along which the last was left; `step`: size of the first
     /// movements [m]; `noise`: round-off of the energy [J].
-    fn flow(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], rate: f64, step: f64, noise: f64) -> Result<Solved, Failure> {
+    fn flow(
+        &mut self,
+        potentials: &mut [&mut dyn Potential],
+        x: &mut [f64],
+        mode: &Lowest,
+        step: f64,
+        noise: f64,
+    ) -> Result<Solved, Failure> {
         let mass = self.stabilizer.as_ref().map_or(Vec::new(), |s| s.mass.clone());
+        let rate = mode.rate();
+        // A pull as stiff as the shell itself holds it, however slowly the mode grew where it was left.
+        let (strongest, weakest) = (mode.stiffest.max(1e8 * rate), 1e-3 * rate);
         // Just enough for the first step to have a minimum.
-        let (strongest, weakest) = (1e8 * rate, 1e-3 * rate);
         let (mut weight, mut movement, mut iterations) = (1.25 * rate, step, 0);
         // What the pull is weakened by.
         let mut ease: f64 = 0.1;
@@ -292,8 +313,8 @@ impl Newton {
                         solved.iterations,
                         -change
                     );
-                    // Along a neutral mode, as a cylinder's turn about the axis of a disc, round-off of the forces moves the shell further
-                    // than the tolerance and Newton's method does not settle. Where the energy has stopped falling is then all there is to know.
+                    // Along the floor of a valley, as a cylinder's turn about the axis of a disc, forces that the energy no longer tells from
+                    // round-off may move the shell for long. Where the energy has stopped falling is then all there is to know.
                     idle = if weight <= NEUTRAL * rate && change >= -noise { idle + 1 } else { 0 };
                     if free || idle == IDLE {
                         return Ok(Solved { iterations, ..solved });
@@ -312,12 +333,12 @@ impl Newton {
                     weight *= if free { 2.0 } else { 5.0 };
                     ease = ease.sqrt();
                     if weight > strongest {
-                        return Err(Failure::Unstable(Some(-rate)));
+                        return Err(Failure::Unstable(Some(mode.value)));
                     }
                 }
             }
         }
-        Err(Failure::Unstable(Some(-rate)))
+        Err(Failure::Unstable(Some(mode.value)))
     }
 }
 

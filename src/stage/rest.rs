@@ -343,7 +343,9 @@ pub fn driver(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup, pr
         None => None,
     };
     let interpolation = interpolation(scene, mesh, topology, setup);
-    Ok(Some(RestDriver::new(law, changes, interpolation, ramp, setup.initial_forms.clone())))
+    let mut driver = RestDriver::new(law, changes, interpolation, ramp, setup.initial_forms.clone());
+    setup.limit().into_iter().for_each(|limit| driver.set_limit(limit));
+    Ok(Some(driver))
 }
 
 /// Prescribed moisture at the two sides of each node [%] at a time, where the scene has any: top, bottom.

@@ -8,7 +8,7 @@ use super::{rest, supports};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
-use crate::model::{StepFailure, place_of_law};
+use crate::model::{Limit, StepFailure, place_of_law};
 use crate::scene::{self, Scene, Shape};
 use crate::shell::rest::{Forms, Impossible};
 use crate::shell::{Constitution, Director, Material};
@@ -110,16 +110,17 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     setup.machine_direction = rest::machine_direction(scene, mesh, &topology, &setup)?;
     setup.constitutions = compositions.constitutions(setup.machine_direction.as_deref());
     setup.densities = compositions.densities;
-    admit("mesh", &setup, &setup.initial_forms)?;
+    if let Some(limit) = setup.limit() {
+        limit(&setup.initial_forms).map_err(|e| Error::input("mesh", e))?;
+    }
     setup.rest_forms = match rest::driver(scene, mesh, &topology, &setup, &diffusion::profiles(scene, mesh)?)? {
         Some(mut driver) => {
-            // In statics the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
+            // As a load step the law has no share yet at t = 0; asking for the end finds places where it is impossible before the run does.
             let impossible = |e: Impossible| Error::input(place_of_law(e.law), e.reason);
-            let end = driver.forms(if scene.runs_in_time() { 0.0 } else { 1.0 }).map_err(impossible)?;
-            let start = driver.forms(0.0).map_err(impossible)?;
-            admit("rest", &setup, &end)?;
-            admit("rest", &setup, &start)?;
-            start
+            if !scene.runs_in_time() {
+                driver.forms(1.0).map_err(impossible)?;
+            }
+            driver.forms(0.0).map_err(impossible)?
         }
         None => setup.initial_forms.clone(),
     };
@@ -139,17 +140,6 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     Ok((setup, model.snapshot()))
 }
 
-/// Checks forms of each point. Errors: the face whose material cannot have them, at this place of the scene.
-fn admit(place: &str, setup: &Setup, forms: &[Forms]) -> Result<()> {
-    let points = forms.len() / setup.materials.len();
-    let refused =
-        |(k, forms): (usize, &Forms)| (!setup.constitution(k / points).admits(&setup.materials[k / points], forms)).then_some(k / points);
-    let Some(face) = forms.iter().enumerate().find_map(refused) else { return Ok(()) };
-    let thickness = setup.materials[face].thickness;
-    let message = format!("face {face} is bent more sharply than its thickness of {thickness} m allows for a neo-hookean shell");
-    Err(Error::input(place, message))
-}
-
 /// The region of that name, with its name in the error if there is none.
 pub fn region<'a>(mesh: &'a Mesh, key: &str, name: &str) -> Result<&'a Region> {
     mesh.regions.get(name).ok_or_else(|| {
@@ -165,6 +155,21 @@ fn rows(forms: &[Forms]) -> Array {
 }
 
 impl Setup {
+    /// What tells the first face whose material cannot have forms given for each integration point; none where every material can have any.
+    pub fn limit(&self) -> Option<Limit> {
+        if !self.constitutions.contains(&Constitution::NeoHookean) {
+            return None;
+        }
+        let (materials, constitutions) = (self.materials.clone(), self.constitutions.clone());
+        Some(Box::new(move |forms| {
+            let points = forms.len() / materials.len();
+            let refused = |k: &usize| !constitutions[k / points].admits(&materials[k / points], &forms[*k]);
+            let Some(face) = (0..forms.len()).find(refused).map(|k| k / points) else { return Ok(()) };
+            let thickness = materials[face].thickness;
+            Err(format!("face {face} is bent more sharply than its thickness of {thickness} m allows for a neo-hookean shell"))
+        }))
+    }
+
     /// Law of a face.
     pub fn constitution(&self, face: usize) -> Constitution {
         self.constitutions.get(face).copied().unwrap_or_default()

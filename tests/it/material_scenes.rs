@@ -246,6 +246,15 @@ const WRONG: &[(&str, &str)] = &[
         "shell.orthotropic.poissons_ratio = nan: must be finite",
     ),
     (
+        "thickness = 0.1\nE\n[[shell.region]]\nregion = \"far\"\northotropic = { youngs_moduli = [1e6, 4e6], poissons_ratio = -0.6, shear_modulus = 1e6 }",
+        "|nu12| < sqrt(E1 / E2) = 0.5 is violated (E1 = 1e6 Pa, E2 = 4e6 Pa) (region 'far')",
+    ),
+    ("thickness = 0.1\nE\n[[shell.region]]\nregion = \"far\"\nyoungs_modulus = -1", "shell.region.0.youngs_modulus = -1: must be > 0 [Pa]"),
+    (
+        "thickness = 0.1\nE\n[[shell.region]]\nregion = \"far\"\npoissons_ratio = 0.5",
+        "shell.region.0.poissons_ratio = 0.5: must be > -1 and < 0.5",
+    ),
+    (
         "thickness = 0.1\nE\nbilayer = { top_thickness = 0.1 }",
         "shell.bilayer.top_thickness = 0.1: must be less than the thickness of the shell there, 0.1 m",
     ),

@@ -402,6 +402,14 @@ fn scenes_that_cannot_be_flattened() {
         .replace("[mesh.sphere-cap]\nradius = 1.0\nhalf_angle = 80.0\nrings = 6", "[mesh.rectangle]\nsize = [1, 1]\ncells = [4, 4]");
     let (_, said) = Sandbox::new(&square).ok(&["mesh", "scene.toml"]);
     assert!(said.contains("2 faces have two sides on the boundary"), "{said}");
+    // A tent whose top is next to one of its three corners: that corner stands for nearly all of it.
+    let shell = "[shell]\nelement = \"linear\"\nthickness = 0.01\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n[statics]\nsteps = 1\n";
+    let tent = Sandbox::new(&format!("[mesh.file]\npath = \"tent.obj\"\n[flatten]\nonto = \"disc\"\n{shell}"));
+    let corners = "v 0 0 0\nv 1 -0.01 0\nv 1 0.01 0\nv 0.1 0 0.05\n";
+    std::fs::write(tent.path("tent.obj"), format!("{corners}f 1 2 4\nf 2 3 4\nf 3 1 4\n")).unwrap();
+    let error = tent.fails(2, &["mesh", "scene.toml"]);
+    let (start, middle) = ("flatten: the boundary vertex at (0.0000e0, 0.0000e0, 0.0000e0) m has ", " % of the weight in the mean");
+    assert!(error.contains(start) && error.contains(middle) && error.contains("half or more"), "{error}");
     let ring = "[mesh.annulus]\nradii = [0.5, 1.0]\ncells = [2, 12]\n[flatten]\nonto = \"disc\"\n[shell]\nthickness = 0.01\nyoungs_modulus = 1e6\n\
                 poissons_ratio = 0.3\n[statics]\nsteps = 1\n";
     let error = Sandbox::new(ring).fails(2, &["mesh", "scene.toml"]);

@@ -128,8 +128,8 @@ fn a_disc_with_natural_curvature_is_a_cap_then_a_cylinder() {
     assert!(missing[1] > 0.0 && missing[1] < 0.05 && missing[1] < 0.7 * missing[0], "{missing:?}");
 }
 
-/// The scene of the onset passes. On a finer mesh the disc may turn about its axis with less resistance than round-off of the forces makes:
-/// Newton's method does not settle, and the equilibrium is told from the energy.
+/// The scene of the onset passes. On a finer mesh the disc may turn about its axis with less resistance than round-off of the forces makes
+/// movement: Newton's method ends there, the mode is told to be neutral, and the steps that follow are as long as those before.
 #[test]
 fn a_neutral_equilibrium_is_kept_and_told() {
     let scene = include_str!("../../configs/analytic/disc_curvature.toml");
@@ -142,6 +142,13 @@ fn a_neutral_equilibrium_is_kept_and_told() {
     let last = |name: &str| rows[rows.len() - 1][rows[0].iter().position(|c| *c == name).unwrap()].parse::<f64>().unwrap();
     let (before, lowest) = (last("lowest_eigenvalue_before"), last("lowest_eigenvalue"));
     assert!(before < -100.0 && lowest.abs() < 1e-4 * before.abs() && last("branch_switches") == 1.0, "{history}");
+    let beyond = "0.5619 * (1.005 + 0.01 * t)";
+    let scene = with(scene, "\"0.5619 * (0.97 + 0.04 * t)\", 0, \"0.5619 * (0.97 + 0.04 * t)\"", &format!("\"{beyond}\", 0, \"{beyond}\""));
+    let case = run(&with(&with(&scene, "rings = 8", "rings = 16"), "steps = 2", "steps = 3"));
+    let (times, eigenvalues) = (case.column("time_s"), case.column("lowest_eigenvalue"));
+    println!("{eigenvalues:?}, residuals {:?}, movements {:?}", case.column("residual"), case.column("increment_m"));
+    assert!(times.len() == 3 && case.column("halvings") == [0.0; 3] && case.last("branch_switches") == 1.0);
+    assert!(eigenvalues.iter().all(|l| l.abs() < 1e-4) && case.column("residual").iter().all(|r| *r < 1e-15));
 }
 
 /// A square of side 0.1 that would bend to `k` along x and `other` along y, and can do only one of them.

@@ -137,6 +137,9 @@ fn presets_are_exact() {
         let [mean, gauss] = curvatures(form);
         assert!((gauss - expected).abs() < 1e-10 && mean < 0.0, "{gauss} {expected}");
     }
+    for form in sampled("[rest.surface.sphere]\nradius = 1.3").2 {
+        assert_close(form.b.map(|b| -1.3 * b), form.a, 1e-12, "outward: b = -a / R");
+    }
     let family = [0.0, 30.0, 90.0].map(|turn| sampled(&format!("[rest.surface.catenoid]\nwaist = 0.6\nturn = {turn}")).2);
     let helicoid = sampled("[rest.surface.helicoid]\nwaist = 0.6").2;
     assert_eq!(family[2], helicoid);

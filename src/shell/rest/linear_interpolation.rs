@@ -60,8 +60,13 @@ impl Interpolation for LinearInterpolation {
                 form.a = [l2, 0.5 * (l1 + l2 - l0), l1];
             }
         }
-        admissible(self, forms, 1, time)
+        admissible(self, forms, time)
     }
+
+    fn points(&self) -> usize {
+        1
+    }
+
     fn site(&self, face: usize, place: [f64; 2]) -> Site {
         let [v0, v1, v2] = self.mesh.faces[face].map(|v| self.mesh.vertices[v]);
         let tangents = [v1 - v0, v2 - v0];

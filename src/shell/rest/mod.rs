@@ -134,6 +134,9 @@ pub trait Interpolation {
     /// Rest forms at a time [s], one per integration point. Errors: what is impossible, in which face, where and when.
     fn forms(&self, law: &dyn Law, time: f64) -> Result<Vec<Forms>, Impossible>;
 
+    /// Integration points per face.
+    fn points(&self) -> usize;
+
     /// The site at a place of a face's reference triangle.
     fn site(&self, face: usize, place: [f64; 2]) -> Site;
 }
@@ -150,8 +153,9 @@ fn place_and_time(site: &Site, time: f64) -> String {
     format!("face {} at ({x}, {y}, {z}) m, t = {time}", site.face)
 }
 
-/// The forms, if they can all be those of a shell; else the first face (of `points` integration points each) where they cannot.
-fn admissible(interpolation: &dyn Interpolation, forms: Vec<Forms>, points: usize, time: f64) -> Result<Vec<Forms>, Impossible> {
+/// The forms, if they can all be those of a shell; else the first face where they cannot.
+pub fn admissible(interpolation: &dyn Interpolation, forms: Vec<Forms>, time: f64) -> Result<Vec<Forms>, Impossible> {
+    let points = interpolation.points();
     let Some(k) = forms.iter().position(|f| !f.is_admissible()) else { return Ok(forms) };
     let place = place_and_time(&interpolation.site(k / points, [1.0 / 3.0; 2]), time);
     Err(format!("{place}: the rest metric {:?} (11, 12, 22 in m2) is not positive definite", forms[k].a).into())

@@ -40,7 +40,7 @@ impl Interpolation for QuadraticInterpolation {
             }
         }
         if self.sampling == Sampling::Centroid {
-            return admissible(self, forms, 3, time);
+            return admissible(self, forms, time);
         }
         // t.abar.t at the Gauss points of each edge, from the lower vertex to the higher.
         let mut squares = vec![[0.0; 2]; self.topology.edges.len()];
@@ -70,8 +70,13 @@ impl Interpolation for QuadraticInterpolation {
                 forms[3 * f + k].a = std::array::from_fn(|c| REGGE[3 * k + c].iter().zip(&nine).map(|(r, v)| r * v).sum());
             }
         }
-        admissible(self, forms, 3, time)
+        admissible(self, forms, time)
     }
+
+    fn points(&self) -> usize {
+        POINTS.len()
+    }
+
     fn site(&self, face: usize, place: [f64; 2]) -> Site {
         let nodes = self.nodes(face);
         let sum = |weights: &[f64; 6]| nodes.iter().zip(weights).map(|(x, w)| x * *w).sum::<Vector3<f64>>();
