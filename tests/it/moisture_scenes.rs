@@ -278,7 +278,8 @@ fn fluxes_and_air_bring_what_they_say() {
     let lost = |scene: &str| {
         let history = last(&ran(scene));
         let lost = 10.0 * 2e-7 - history["moisture_total_pct_m3"];
-        assert!((lost + history["moisture_in_rim_pct_m3"]).abs() < 1e-12 * 2e-6 && history["moisture_in_top_pct_m3"] == 0.0);
+        let (rim, top) = (history["moisture_in_rim_pct_m3"], history["moisture_in_top_pct_m3"]);
+        assert!((lost + rim).abs() < 1e-12 * 2e-6 && top == 0.0, "{lost} {rim} {top}");
         lost
     };
     assert!(lost(&drying) > 1e-8 && lost(&slower) < 0.9 * lost(&drying));
