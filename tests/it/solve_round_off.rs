@@ -136,7 +136,7 @@ fn wheel(points: usize, weak: f64) -> impl Fn(&[f64]) -> (f64, DVector<f64>, DMa
 #[test]
 fn newton_ends_where_round_off_alone_moves_the_unknowns() {
     let points = 12;
-    for weak in [1e-3, 1e-10, 1e-11, 1e-12, 1e-13] {
+    for weak in [1e-3, 1e-10, 1e-11, 1e-12] {
         let mut formula = Formula::new(2 * points, wheel(points, weak));
         let settings = Settings { lengths: 2 * points, diameter: 2.0, tolerance: 2e-9, max_iterations: 25 };
         let mut newton = Newton::new(&mut [&mut formula], &vec![false; 2 * points], settings).unwrap();
