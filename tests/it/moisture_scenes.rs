@@ -277,7 +277,8 @@ fn fluxes_and_air_bring_what_they_say() {
     let slower = with(&drying, "[rest.linear]", &format!("{slow}[rest.linear]"));
     let lost = |scene: &str| {
         let history = last(&ran(scene));
-        let lost = 10.0 * 2e-7 - history["moisture_total_pct_m3"];
+        // The rest shape at the start has swollen by 10 times 1e-4 in one direction.
+        let lost = 10.0 * 2e-7 * 1.001 - history["moisture_total_pct_m3"];
         let (rim, top) = (history["moisture_in_rim_pct_m3"], history["moisture_in_top_pct_m3"]);
         assert!((lost + rim).abs() < 1e-12 * 2e-6 && top == 0.0, "{lost} {rim} {top}");
         lost
