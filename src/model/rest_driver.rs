@@ -46,7 +46,7 @@ impl RestDriver {
     /// Rest forms at a time [s]. Errors: the law that is at fault, where and when.
     pub fn forms(&mut self, time: f64) -> Result<Vec<Forms>, Impossible> {
         let forms = self.mixed(time)?;
-        self.limit.as_ref().map_or(Ok(()), |limit| limit(&forms))?;
+        self.limit.as_ref().map_or(Ok(()), |limit| limit(&forms)).map_err(|e| format!("{e} (at t = {time})"))?;
         Ok(forms)
     }
 

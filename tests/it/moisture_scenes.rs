@@ -270,11 +270,13 @@ fn fluxes_and_air_bring_what_they_say() {
     let brought = 1e-2 * 0.4 * 2e-4;
     assert!((history["moisture_in_bottom_pct_m3"] / brought - 1.0).abs() < 1e-12, "{history:?}");
     assert!((history["moisture_total_pct_m3"] / brought - 1.0).abs() < 1e-12);
-    // Dry air at the rim, with D in a part: what leaves, leaves through the rim.
+    // Dry air at the rim: what leaves, leaves through the rim. Where D is 0 nothing enters beyond the surface.
     let drying = with(WETTED, "side = \"top\"\nvalue = 10", "side = \"rim\"\nexchange = { coefficient = 1e-4, outside = 0 }");
     let drying = with(&drying, "layers = 4", "layers = 4\ninitial = 10");
     let slow = "[[moisture.region]]\nregion = \"end\"\ndiffusivity = { through = 0, along = 0 }\n[[region]]\nname = \"end\"\nwhere = \"x > 0.009\"\n";
-    let slower = with(&drying, "[rest.linear]", &format!("{slow}[rest.linear]"));
+    let wetted = |region: &str| last(&ran(&with(WETTED, "[rest.linear]", &format!("{region}[rest.linear]"))))["moisture_total_pct_m3"];
+    let (all, part) = (wetted(""), wetted(slow));
+    assert!(part < 0.9 * all && part > 0.2 * all, "{part} of {all}");
     let lost = |scene: &str| {
         let history = last(&ran(scene));
         // The rest shape at the start has swollen by 10 times 1e-4 in one direction.
@@ -283,7 +285,7 @@ fn fluxes_and_air_bring_what_they_say() {
         assert!((lost + rim).abs() < 1e-12 * 2e-6 && top == 0.0, "{lost} {rim} {top}");
         lost
     };
-    assert!(lost(&drying) > 1e-8 && lost(&slower) < 0.9 * lost(&drying));
+    assert!(lost(&drying) > 1e-8);
 }
 
 #[test]
