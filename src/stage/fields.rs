@@ -57,6 +57,9 @@ pub fn of_faces(name: &str) -> bool {
     name == "machine_direction" || NAMES.iter().any(|(n, ..)| *n == name)
 }
 
+/// Points [m], wedges between them, and the values of a quantity at the points.
+pub type Prisms = (Vec<Vector3<f64>>, Vec<[usize; 6]>, Vec<f64>);
+
 /// A state in space: vertex positions and fields.
 pub struct State {
     /// Vertex positions [m].
@@ -202,7 +205,7 @@ impl<'a> Fields<'a> {
 
     /// The body of the shell in a state, as prisms: points, wedges, and the values of a quantity at the points; none if it does not diffuse. Points
     /// lie off the vertices along the mean normal of the faces around, by the mean of their thickness. After [`Fields::of`] of that state.
-    pub fn prisms(&self, state: &State, quantity: &str) -> Option<(Vec<Vector3<f64>>, Vec<[usize; 6]>, Vec<f64>)> {
+    pub fn prisms(&self, state: &State, quantity: &str) -> Option<Prisms> {
         let profile = self.profiles.get(quantity)?;
         let (levels, vertices) = (profile.levels(), self.mesh.vertices.len());
         let (mut normals, mut thickness, mut counts) = (vec![Vector3::zeros(); vertices], vec![0.0; vertices], vec![0.0; vertices]);

@@ -4,6 +4,12 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 
+/// Lengths of the metric along and around, by the length from the pole.
+type Metric = fn(f64) -> [f64; 2];
+
+/// A shape by the same length.
+type Start = fn(f64) -> [f64; 5];
+
 /// A shell of revolution with the rest metric `p^2 ds^2 + f^2 dtheta^2` and no rest curvature.
 struct Revolution {
     thickness: f64,
@@ -11,9 +17,9 @@ struct Revolution {
     /// Ends of the meridian. Where it starts at 0, the axis is there.
     ends: [f64; 2],
     /// `p` and `f` at `s`.
-    metric: fn(f64) -> [f64; 2],
+    metric: Metric,
     /// A surface with this metric, from which the iteration starts: radius with two derivatives, first two derivatives of the height.
-    start: fn(f64) -> [f64; 5],
+    start: Start,
 }
 
 /// Places in (-1, 1) and weights of Gauss' rule.
@@ -136,7 +142,7 @@ impl Revolution {
 }
 
 /// A sphere of radius `R` by the length from its pole.
-const fn sphere<const R: usize>() -> (fn(f64) -> [f64; 2], fn(f64) -> [f64; 5]) {
+const fn sphere<const R: usize>() -> (Metric, Start) {
     // R in thousandths of a metre, since constants of a type are whole numbers.
     fn radius<const R: usize>() -> f64 {
         R as f64 * 1e-3
