@@ -2,9 +2,11 @@
 
 pub mod expression;
 pub mod jet;
+mod normal_component;
 mod operator;
 pub mod quadrature;
 
 pub use expression::Expression;
 pub use jet::Jet;
+pub use normal_component::TangentPlane;
 pub use quadrature::SurfacePoint;

@@ -6,6 +6,58 @@ mod rest_driver;
 mod shell_model;
 mod transport;
 
+use crate::snapshot::Snapshot;
+use crate::solve::Counters;
+
 pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
 pub use transport::{FollowingMass, Profile, Transport};
+
+/// What runs need of a model: a state that steps advance and that snapshots keep.
+pub trait Model {
+    /// Advances to `time` [s], by a step of size `dt` [s]. On failure the model is as it was.
+    ///
+    /// # Errors
+    /// Why the step failed.
+    fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure>;
+
+    /// Accepted steps.
+    fn step(&self) -> u64;
+
+    /// Time [s]; in statics without end the load factor.
+    fn time(&self) -> f64;
+
+    /// Number of free unknowns.
+    fn free_unknowns(&self) -> usize;
+
+    /// Work done so far.
+    fn counters(&self) -> Counters;
+
+    /// Whether steps leave unstable equilibria.
+    fn leaves_unstable(&self) -> bool {
+        false
+    }
+
+    /// Energies [J] of the parts there are, by the names of the history's columns.
+    fn energies(&self) -> Vec<(&'static str, f64)>;
+
+    /// What else the history tells of the parts there are, by the names of its columns.
+    fn quantities(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// Makes sure that all that is prescribed at a time is finite.
+    ///
+    /// # Errors
+    /// [`StepFailure::Input`] with the key at fault.
+    fn check_prescribed(&self, time: f64) -> Result<(), StepFailure>;
+
+    /// The state, with everything the next step reads.
+    fn snapshot(&self) -> Snapshot;
+
+    /// Puts a state back.
+    ///
+    /// # Errors
+    /// A field that is missing or of another size.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String>;
+}

@@ -1,5 +1,6 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
+use super::Model;
 use super::rest_driver::RestDriver;
 use super::transport::{FollowingMass, Transport};
 use crate::error::{Error, Result};
@@ -96,6 +97,52 @@ pub enum StepFailure {
     },
 }
 
+impl Model for ShellModel {
+    fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
+        ShellModel::advance(self, dt, time)
+    }
+
+    fn step(&self) -> u64 {
+        self.step
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn free_unknowns(&self) -> usize {
+        self.newton.free()
+    }
+
+    fn counters(&self) -> Counters {
+        self.newton.counters()
+    }
+
+    fn leaves_unstable(&self) -> bool {
+        self.newton.leaves_unstable()
+    }
+
+    fn energies(&self) -> Vec<(&'static str, f64)> {
+        ShellModel::energies(self)
+    }
+
+    fn quantities(&self) -> Vec<(&'static str, f64)> {
+        self.parts.transports.iter().flat_map(|transport| Transport::columns(transport.table).into_iter().zip(transport.row())).collect()
+    }
+
+    fn check_prescribed(&self, time: f64) -> Result<(), StepFailure> {
+        self.prescribed(time).map(drop)
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        ShellModel::snapshot(self)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
+        ShellModel::restore(self, snapshot)
+    }
+}
+
 impl ShellModel {
     /// Numbers the unknowns, analyses the matrix and sets the rest forms of time 0. `tolerance`: relative to the diameter.
     pub fn new(mut parts: Parts, diameter: f64, tolerance: f64, max_iterations: usize) -> Result<Self> {
@@ -123,11 +170,6 @@ impl ShellModel {
         self.keeps_mode = keep_mode;
     }
 
-    /// Whether steps leave unstable equilibria.
-    pub fn leaves_unstable(&self) -> bool {
-        self.newton.leaves_unstable()
-    }
-
     /// Moves the first state by `displacements` of the nodes [m]; the rest shape stays. `directors`: those of the moved shape.
     pub fn disturb(&mut self, displacements: &[Vector3<f64>], directors: &[Vector3<f64>]) {
         for (x, d) in self.x.chunks_exact_mut(3).zip(displacements) {
@@ -135,26 +177,6 @@ impl ShellModel {
         }
         self.parts.shell.set_directors(directors);
         self.parts.shell.restart(&self.x);
-    }
-
-    /// Number of free unknowns.
-    pub fn free_unknowns(&self) -> usize {
-        self.newton.free()
-    }
-
-    /// Work done so far.
-    pub fn counters(&self) -> Counters {
-        self.newton.counters()
-    }
-
-    /// Accepted steps.
-    pub fn step(&self) -> u64 {
-        self.step
-    }
-
-    /// Time [s].
-    pub fn time(&self) -> f64 {
-        self.time
     }
 
     /// All unknowns: node coordinates, then director angles.
@@ -313,11 +335,6 @@ impl ShellModel {
             }
         }
         energies
-    }
-
-    /// What diffuses.
-    pub fn transports(&self) -> &[Transport] {
-        &self.parts.transports
     }
 
     /// Linear momentum [kg m/s], in motion.

@@ -1,7 +1,6 @@
 //! Mechanics of a thin shell: strains of a face, rest forms, energy, mass.
 //!
 //! - `hinge`: the angle between a face and the director of an edge, with derivatives; everything bends through it
-//! - `normal_component`: the part of a vector along the normal of a surface, with derivatives
 //! - `element`: what an element must offer; `linear_free`, `linear_average` and `quadratic` are the three there are
 //! - `material`: what a face is made of; `orthotropic`, `layered`, `neo_hookean` and `tension_field`: its laws other than the isotropic one
 //! - `constitutive`: how the energy asks them for stress and stiffness; `projection`: positive semidefinite neighbours of these
@@ -24,7 +23,6 @@ mod linear_free;
 mod mass;
 mod material;
 mod neo_hookean;
-mod normal_component;
 mod orthotropic;
 mod projection;
 mod quadratic;

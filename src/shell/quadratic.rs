@@ -8,8 +8,8 @@
 use super::director::{Director, orthonormal};
 use super::element::{Element, Strain};
 use super::hinge::{Hinge, HingeCurvature, Measure};
-use super::normal_component::TangentPlane;
 use super::quadratic_shape::{BEND, EDGE_NODES, EDGE_TANGENT, GAUSS, INNER, METRIC, OUTWARD, REGGE, SECOND, TANGENT};
+use crate::math::TangentPlane;
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3};
 

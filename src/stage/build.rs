@@ -10,7 +10,7 @@ use super::supports;
 use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
-use crate::model::{FollowingMass, HeldUnknown, Motion, Parts, ShellModel};
+use crate::model::{FollowingMass, HeldUnknown, Model, Motion, Parts, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
 use crate::shell::{Director, Inertia, Inertial, LinearAverage, LinearFree, MassKind, Measure, QuadraticFree, Shell, koiter};
 use nalgebra::Vector3;
@@ -137,7 +137,12 @@ fn carried(count: usize, shares: &[Vec<(usize, f64)>]) -> Vec<f64> {
 }
 
 /// The whole model at its start.
-pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<ShellModel> {
+pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Box<dyn Model>> {
+    Ok(Box::new(shell_model(scene, mesh, topology, setup)?))
+}
+
+/// A Koiter shell at its start.
+pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<ShellModel> {
     let profiles = diffusion::profiles(scene, mesh)?;
     let masses = masses(scene, mesh, topology, setup);
     let positions = mesh.nodes();

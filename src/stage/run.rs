@@ -4,7 +4,7 @@ use super::{Job, build, mesh as mesh_stage, setup};
 use crate::case::{Folder, History, Newest, hash};
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
-use crate::model::{ShellModel, StepFailure, Transport};
+use crate::model::{Model, StepFailure};
 use crate::scene::Scene;
 use crate::snapshot::Snapshot;
 use crate::solve::StepControl;
@@ -71,7 +71,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     }
     // Time spent on files is left out: the history tells what the mechanics cost.
     let built = started.elapsed().as_secs_f64();
-    let columns = columns(&model);
+    let columns = columns(&*model);
     let path = history_path(job);
     let (mut history, worked) = match &newest {
         // A history of step 0 has no rows, and the one that is there may be of an earlier run that this one was to replace.
@@ -80,7 +80,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             (history, History::read(&path)?.last("wall_s").unwrap_or(0.0))
         }
         _ => {
-            folder.write(&checkpoint(&model, &control), true)?;
+            folder.write(&checkpoint(&*model, &control), true)?;
             (History::create(&path, &columns)?, 0.0)
         }
     };
@@ -112,7 +112,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
                 row.extend([solved.negative_pivots as f64, solved.residual, solved.increment]);
                 row.extend(energies.iter().map(|(_, e)| *e));
-                row.extend(model.transports().iter().flat_map(|transport| transport.row()));
+                row.extend(model.quantities().iter().map(|(_, value)| *value));
                 if let Some(stability) = solved.stability {
                     row.extend([counters.branch_switches as f64, stability.lowest, stability.before]);
                     if stability.switches > 0 {
@@ -122,7 +122,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 row.push(wall);
                 history.append(model.step(), &row)?;
                 history.sync()?;
-                folder.write(&checkpoint(&model, &control), plan.lands || control.interval.is_none())?;
+                folder.write(&checkpoint(&*model, &control), plan.lands || control.interval.is_none())?;
                 let energy: f64 = energies.iter().map(|(_, e)| e).sum();
                 let moment = job.moment((1e9 * plan.time).round() / 1e9);
                 log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), plan.dt, solved.iterations);
@@ -145,7 +145,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     match signals.number() {
         0 => {}
         number => {
-            job.say(&place("stopped at", job, &model, &folder));
+            job.say(&place("stopped at", job, &*model, &folder));
             return Err(Error::Interrupted(number));
         }
     }
@@ -153,7 +153,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         log::warn!("{unstable}");
     }
     let counters = model.counters();
-    job.say(&place("at", job, &model, &folder));
+    job.say(&place("at", job, &*model, &folder));
     job.say(&format!(
         "{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s",
         counters.newton_iterations, counters.fallback_iterations, counters.factorizations
@@ -162,11 +162,11 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
 }
 
 /// Columns of the history after `step`.
-pub fn columns(model: &ShellModel) -> Vec<&'static str> {
+pub fn columns(model: &dyn Model) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
     let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
-    let diffusing = model.transports().iter().flat_map(|transport| Transport::columns(transport.table));
-    COLUMNS.into_iter().chain(energies).chain(diffusing).chain(stability.iter().copied()).chain(["wall_s"]).collect()
+    let quantities = model.quantities().into_iter().map(|(name, _)| name);
+    COLUMNS.into_iter().chain(energies).chain(quantities).chain(stability.iter().copied()).chain(["wall_s"]).collect()
 }
 
 /// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
@@ -252,7 +252,7 @@ fn step_control(scene: &Scene) -> StepControl {
 }
 
 /// The model's state and that of the step control.
-fn checkpoint(model: &ShellModel, control: &StepControl) -> Snapshot {
+fn checkpoint(model: &dyn Model, control: &StepControl) -> Snapshot {
     let mut snapshot = model.snapshot();
     snapshot.dt = control.dt;
     snapshot.numbers.push(("successes".into(), f64::from(control.successes)));
@@ -311,7 +311,7 @@ fn progress_bar(quiet: bool, end: f64) -> ProgressBar {
     bar
 }
 
-fn place(verb: &str, job: &Job, model: &ShellModel, folder: &Folder) -> String {
+fn place(verb: &str, job: &Job, model: &dyn Model, folder: &Folder) -> String {
     format!("{verb} {} after {} steps: {}", job.moment(model.time()), model.step(), folder.path(model.step()).display())
 }
 

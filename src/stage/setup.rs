@@ -8,7 +8,7 @@ use super::{rest, supports};
 use crate::case::{Archive, Array, Folder, Kind, hash, put_snapshot, snapshot_from_archive};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Region, Topology};
-use crate::model::{Limit, StepFailure, place_of_law};
+use crate::model::{Limit, Model, StepFailure, place_of_law};
 use crate::scene::{self, Scene, Shape};
 use crate::shell::rest::{Forms, Impossible};
 use crate::shell::{Constitution, Director, Material};
@@ -125,9 +125,9 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
         None => setup.initial_forms.clone(),
     };
     drop(shell);
-    let mut model = build::model(scene, mesh, &topology, &setup)?;
+    let mut model = build::shell_model(scene, mesh, &topology, &setup)?;
     for time in if scene.runs_in_time() { &[0.0][..] } else { &[0.0, 1.0] } {
-        model.prescribed(*time).map_err(|failure| match failure {
+        model.check_prescribed(*time).map_err(|failure| match failure {
             StepFailure::Input { place, reason } => Error::input(place, reason),
             other => Error::input("setup", format!("{other:?}")),
         })?;
