@@ -70,7 +70,7 @@ impl Surface {
         let faces = self.flat();
         let tree = Tree::new(&self.nodes, &faces);
         let sag = self.sag();
-        points.iter().map(|p| self.distance_squared(&tree, sag, p)).fold(0.0, f64::max).sqrt()
+        points.iter().fold(0.0, |farthest: f64, p| farthest.max(self.distance_squared(&tree, sag, p, farthest))).sqrt()
     }
 
     /// Each face as four flat ones on its nodes.
@@ -88,22 +88,34 @@ impl Surface {
         self.faces.iter().map(of).fold(0.0, f64::max)
     }
 
-    fn distance_squared(&self, tree: &Tree, sag: f64, p: &Vector3<f64>) -> f64 {
-        let mut best = tree.nearest(p).1;
-        // The nearest curved face need not be that of the nearest flat piece.
-        let reach = best.sqrt() + 2.0 * sag;
-        let mut nearest = f64::INFINITY;
-        for flat in tree.within(p, reach * reach) {
+    /// Square of the distance of a point [m^2]; where that is no more than `enough`, anything up to it: who looks for the largest of many
+    /// need not know the others.
+    fn distance_squared(&self, tree: &Tree, sag: f64, p: &Vector3<f64>, enough: f64) -> f64 {
+        let (first, best) = tree.nearest(p);
+        let distance = best.sqrt();
+        if (distance + sag).powi(2) <= enough {
+            return 0.0;
+        }
+        let on_curved = |flat: usize| {
             let start = match flat % 4 {
                 3 => [1.0 / 3.0; 2],
                 corner => CORNERS[corner].map(|c| 1.0 / 6.0 + 0.5 * c),
             };
-            nearest = nearest.min(patch_distance_squared(p, &self.faces[flat / 4].map(|node| self.nodes[node]), start));
+            patch_distance_squared(p, &self.faces[flat / 4].map(|node| self.nodes[node]), start, enough)
+        };
+        if best.is_finite() && on_curved(first) <= enough {
+            return 0.0;
         }
-        if nearest.is_finite() {
-            best = nearest;
+        // The nearest curved face need not be that of the nearest flat piece.
+        let reach = distance + 2.0 * sag;
+        let mut nearest = f64::INFINITY;
+        for flat in tree.within(p, reach * reach) {
+            nearest = nearest.min(on_curved(flat));
+            if nearest <= enough {
+                break;
+            }
         }
-        best
+        if nearest.is_finite() { nearest } else { best }
     }
 }
 
@@ -131,8 +143,9 @@ fn combine(patch: &[Vector3<f64>; 6], factors: &[f64; 6]) -> Vector3<f64> {
     patch.iter().zip(factors).map(|(x, n)| x * *n).sum()
 }
 
-/// Square of the distance from a point to a quadratic triangle [m^2], by Newton's method from `start`; never less than the true one.
-fn patch_distance_squared(p: &Vector3<f64>, patch: &[Vector3<f64>; 6], start: [f64; 2]) -> f64 {
+/// Square of the distance from a point to a quadratic triangle [m^2], by Newton's method from `start`; never less than the true one. It stops
+/// where it is no more than `enough`.
+fn patch_distance_squared(p: &Vector3<f64>, patch: &[Vector3<f64>; 6], start: [f64; 2], enough: f64) -> f64 {
     let squared = |place: [f64; 2]| (combine(patch, &quadratic_shape(place)) - p).norm_squared();
     let [x0, x1, x2, x3, x4, x5] = patch;
     let second = [(x0 + x1 - x5 * 2.0) * 4.0, (x0 + x3 - x4 - x5) * 4.0, (x0 + x2 - x4 * 2.0) * 4.0];
@@ -144,6 +157,9 @@ fn patch_distance_squared(p: &Vector3<f64>, patch: &[Vector3<f64>; 6], start: [f
     };
     let mut best = (start, squared(start));
     for _ in 0..50 {
+        if best.1 <= enough {
+            break;
+        }
         let (slope, first, bend) = local(best.0);
         let matrix = |share: f64| {
             let [a, b, c] = [0, 1, 2].map(|i| first[i] + share * bend[i]);

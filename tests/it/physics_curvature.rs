@@ -112,7 +112,7 @@ fn relaxed_directors_give_the_exact_bending_energy() {
             for kind in [Kind::Sin, Kind::Tan] {
                 let errors: Vec<f64> = (0..3).map(|level| (relaxed_energy(kind, surface, &flat(level)) / exact - 1.0).abs()).collect();
                 println!("energy {name} {pattern} {kind:?}: {errors:?} {:?}", rates(&errors));
-                assert!(rate(&errors) > 1.7 && errors[2] < 0.01, "{name} {pattern} {kind:?} {errors:?}");
+                assert!(rate(&errors) > 1.9 && errors[2] < 2e-3, "{name} {pattern} {kind:?} {errors:?}");
             }
         }
     }

@@ -10,7 +10,7 @@ type Metric = fn(f64) -> [f64; 2];
 /// A shape by the same length.
 type Start = fn(f64) -> [f64; 5];
 
-/// A shell of revolution with the rest metric `p^2 ds^2 + f^2 dtheta^2` and no rest curvature.
+/// A shell of revolution with the rest metric `p^2 ds^2 + f^2 dtheta^2`.
 struct Revolution {
     thickness: f64,
     poissons_ratio: f64,
@@ -18,6 +18,8 @@ struct Revolution {
     ends: [f64; 2],
     /// `p` and `f` at `s`.
     metric: Metric,
+    /// Rest curvatures along and around, the same everywhere; a cup has positive ones, and so has a tube.
+    rest_curvature: [f64; 2],
     /// A surface with this metric, from which the iteration starts: radius with two derivatives, first two derivatives of the height.
     start: Start,
 }
@@ -64,7 +66,8 @@ impl Revolution {
         let length_squared = r1 * r1 + z1 * z1;
         let length = length_squared.sqrt();
         let strain = [(length_squared / (p * p) - 1.0) * 0.5, (r * r / (f * f) - 1.0) * 0.5];
-        let bend = [(r1 * z2 - z1 * r2) / length / (p * p), r * z1 / length / (f * f)];
+        let [along, around] = self.rest_curvature;
+        let bend = [(r1 * z2 - z1 * r2) / length / (p * p) - along, r * z1 / length / (f * f) - around];
         let [m, b] = [weight.sqrt() / self.thickness, (weight / 12.0).sqrt()];
         let parts = |[x, y]: [Complex<f64>; 2], scale: f64| [(x * factor[0] + y * factor[1]) * scale, y * factor[2] * scale];
         let ([a, b], [c, d]) = (parts(strain, m), parts(bend, b));
@@ -157,11 +160,25 @@ const fn sphere<const R: usize>() -> (Metric, Start) {
     )
 }
 
+/// A sphere of radius 10 mm by the length from its equator.
+fn band(s: f64) -> [f64; 5] {
+    let (sin, cos) = (s * 100.0).sin_cos();
+    [0.01 * cos, -sin, -cos * 100.0, cos, -sin * 100.0]
+}
+
 /// A scene of the program, and the same problem here.
-fn problems() -> [(&'static str, Revolution); 5] {
+fn problems() -> [(&'static str, Revolution); 7] {
     let slope = (1.05f64 * 1.05 - 1.0).sqrt();
     assert!((slope - 0.320_156_211_871_642_4).abs() < 1e-15);
-    let shell = |thickness, poissons_ratio, ends, (metric, start)| Revolution { thickness, poissons_ratio, ends, metric, start };
+    let bent = |thickness, poissons_ratio, ends, (metric, start), rest_curvature| Revolution {
+        thickness,
+        poissons_ratio,
+        ends,
+        metric,
+        rest_curvature,
+        start,
+    };
+    let shell = |thickness, poissons_ratio, ends, (metric, start)| bent(thickness, poissons_ratio, ends, (metric, start), [0.0; 2]);
     [
         (include_str!("../../configs/analytic/sphere_annulus.toml"), shell(0.01, 0.3, [0.1, 1.1], sphere::<1000>())),
         (include_str!("../../configs/analytic/sharon_annulus_elliptic.toml"), shell(3e-4, 0.45, [0.003, 0.03], sphere::<25>())),
@@ -175,6 +192,15 @@ fn problems() -> [(&'static str, Revolution); 5] {
         (
             include_str!("../../configs/analytic/halftone_cone.toml"),
             shell(2e-3, 0.3, [0.1f64.powf(0.8) / 0.8, 1.25], (|s| [1.0, 0.8 * s], |s| [0.8 * s, 0.8, 0.0, 0.6, 0.0])),
+        ),
+        // The tube keeps the curvature of its circles, as the second form grows with the first.
+        (
+            include_str!("../../configs/analytic/sharon_tube_elliptic.toml"),
+            bent(1e-4, 0.45, [-0.01, 0.01], (|s| [1.0, 0.01 * (s * 100.0).cos()], band), [0.0, 100.0]),
+        ),
+        (
+            include_str!("../../configs/analytic/disc_curvature.toml"),
+            bent(1e-3, 0.3, [0.0, 0.1], (|s| [1.0, s], |s| [s, 1.0, 0.0, 0.3 * s, 0.3]), [0.5619 * 1.01; 2]),
         ),
     ]
 }

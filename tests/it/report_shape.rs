@@ -69,6 +69,23 @@ fn hausdorff_sees_the_curved_faces_and_nothing_of_its_sampling() {
     }
 }
 
+/// What is left out for the sake of speed are points that cannot be the farthest.
+#[test]
+fn the_farthest_of_many_points_is_the_farthest_of_each() {
+    let mesh = strip(5, true);
+    let surface = Surface::new(&mesh, &mesh.nodes(), rolled(RADIUS));
+    let places = (0..300).map(|i| f64::from(i) / 299.0);
+    for amplitude in [0.0, 1e-9, 1e-4, 0.1] {
+        let near = |t: f64| rolled(RADIUS * (1.0 + amplitude * (40.0 * t).sin()))(Vector3::new(t, 0.1 + 0.1 * (77.0 * t).sin(), 0.0));
+        let mut points: Points = places.clone().map(near).collect();
+        let each = points.iter().map(|p| surface.farthest(std::slice::from_ref(p))).fold(0.0, f64::max);
+        assert!(each > 0.5 * amplitude * RADIUS);
+        assert_eq!(surface.farthest(&points), each);
+        points.reverse();
+        assert_eq!(surface.farthest(&points), each);
+    }
+}
+
 #[test]
 fn hausdorff_of_a_shape_represented_exactly_is_rounding() {
     // A parabola is a quadratic surface.
