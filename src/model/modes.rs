@@ -1,6 +1,6 @@
 //! The lowest modes of a shell about an equilibrium: vibration with its prestress, and linear buckling.
 
-use super::{Model, ShellModel};
+use super::ShellModel;
 use super::shell_model::potentials;
 use crate::shell::Inertial;
 use crate::snapshot::Snapshot;

@@ -4,7 +4,7 @@ use super::{Job, build, mesh as mesh_stage, run as run_stage, setup};
 use crate::case::{Archive, Array, Folder, Kind, atomic, hash, vtk};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology};
-use crate::model::{Model, ShellModel};
+use crate::model::ShellModel;
 use crate::scene::{ModeKind, Modes};
 use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::Vector3;
