@@ -147,12 +147,8 @@ impl Newton {
     ) -> Result<Vec<Pair>, NoModes> {
         for block in BLOCKS {
             self.factor(problem.matrix, problem.shift, problem.direction);
-            let mut operator = Inverse {
-                pattern: &self.pattern,
-                cholesky: &mut self.cholesky,
-                numerator: problem.numerator,
-                metric: problem.metric,
-            };
+            let mut operator =
+                Inverse { pattern: &self.pattern, cholesky: &mut self.cholesky, numerator: problem.numerator, metric: problem.metric };
             let Some(found) = largest(&mut operator, self.pattern.len(), count, block) else { continue };
             let pairs: Vec<Pair> = found.pairs.into_iter().filter(|p| p.value > floor * found.scale).collect();
             let values: Vec<f64> = pairs.iter().map(|p| value(p.value)).collect();

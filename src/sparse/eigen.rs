@@ -105,7 +105,7 @@ fn across(operator: &impl SelfAdjoint, basis: &[Direction], mut v: Vec<f64>) -> 
 /// `size`: of the vectors. `block`: vectors that go ahead together, > 0: equal eigenvalues up to that many are found for sure.
 pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block: usize) -> Option<Found> {
     let kept = count + block;
-    let most = (2 * kept + 4 * block).max(40);
+    let most = 3 * kept + 4 * block;
     let (mut basis, mut applied): (Vec<Direction>, usize) = (Vec::new(), 0);
     let mut small = DMatrix::<f64>::zeros(0, 0);
     let mut seed = 0;
@@ -215,7 +215,8 @@ mod tests {
                 _ => (0.1 * i as f64).sin(),
             })
             .collect();
-        let mut operator = Diagonal { theta: theta.clone(), metric: (0..n).map(|i| if i % 10 == 9 { 0.0 } else { 1.0 + i as f64 }).collect() };
+        let mut operator =
+            Diagonal { theta: theta.clone(), metric: (0..n).map(|i| if i % 10 == 9 { 0.0 } else { 1.0 + i as f64 }).collect() };
         let pairs = largest(&mut operator, n, 5, 4).map_or(Vec::new(), |found| found.pairs);
         let values: Vec<f64> = pairs.iter().map(|p| p.value).collect();
         assert!(values.len() == 5 && values.iter().zip([5.0, 3.0, 3.0, 3.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");

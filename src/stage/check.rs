@@ -3,7 +3,10 @@
 use super::{Job, mesh as mesh_stage, print, report, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
-use crate::scene::{Composition, Diffusion, Expr, FlattenOnto, Lame, MachineDirection, Material, MeshTable, ModeKind, PinDirector, Rest, Scene, Shell, SpreadForce};
+use crate::scene::{
+    Composition, Diffusion, Expr, FlattenOnto, Lame, MachineDirection, Material, MeshTable, ModeKind, PinDirector, Rest, Scene, Shell,
+    SpreadForce,
+};
 
 /// Ways in which a body that nothing holds moves without strain.
 const FREE_BODY: usize = 6;
@@ -78,7 +81,10 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     parts.extend(scene.moments.iter().map(|load| ("moment", format!("{}: {:?} N", load.region, load.moment))));
     let all = || "all faces".to_owned();
     parts.extend(
-        scene.pressures.iter().map(|load| ("pressure", format!("{}: {} Pa", load.region.clone().unwrap_or_else(all), word(&load.pressure)))),
+        scene
+            .pressures
+            .iter()
+            .map(|load| ("pressure", format!("{}: {} Pa", load.region.clone().unwrap_or_else(all), word(&load.pressure)))),
     );
     for (name, loads, unit) in [("surface-load", &scene.surface_loads, "N/m2"), ("body-force", &scene.body_forces, "N/m3")] {
         let where_and_what = |load: &SpreadForce| format!("{}: {} {unit}", load.region.clone().unwrap_or_else(all), vector(&load.force));

@@ -105,8 +105,13 @@ pub fn run(job: &Job) -> Result<()> {
     }
     units.insert("time".into(), if job.scene.runs_in_time() { "s" } else { "1" }.into());
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
-    let kept: Vec<&str> =
-        files.iter().chain(&director_files).chain(&mode_files).chain(prism_files.values().flatten()).map(|(_, name)| name.as_str()).collect();
+    let kept: Vec<&str> = files
+        .iter()
+        .chain(&director_files)
+        .chain(&mode_files)
+        .chain(prism_files.values().flatten())
+        .map(|(_, name)| name.as_str())
+        .collect();
     remove_leftovers(&vtk_folder, &kept)?;
     if !director_files.is_empty() {
         vtk::write_series(&vtk_folder.join("directors.pvd"), &director_files, None)?;

@@ -120,13 +120,7 @@ fn faces(mesh: &Mesh, key: &str, name: Option<&str>) -> Result<Vec<usize>> {
 }
 
 /// A force that is spread over faces, each with a depth [m, or 1 for a force per area], and whether it depends on time.
-fn spread(
-    key: &str,
-    table: &SpreadForce,
-    mesh: &Mesh,
-    topology: &Topology,
-    depth: impl Fn(usize) -> f64,
-) -> Result<(SpreadLoad, bool)> {
+fn spread(key: &str, table: &SpreadForce, mesh: &Mesh, topology: &Topology, depth: impl Fn(usize) -> f64) -> Result<(SpreadLoad, bool)> {
     let faces = faces(mesh, &format!("{key}.region"), table.region.as_deref())?;
     let (field, changes) = vector_field(&format!("{key}.force"), &table.force)?;
     let positions = mesh.nodes();

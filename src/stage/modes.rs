@@ -137,7 +137,8 @@ fn archive(found: &Found, inputs: &str) -> Archive {
 }
 
 fn json(found: &Found) -> String {
-    let rows: Vec<_> = found.values.iter().enumerate().map(|(i, value)| serde_json::json!({ "mode": i + 1, quantity(found.kind): value })).collect();
+    let rows: Vec<_> =
+        found.values.iter().enumerate().map(|(i, value)| serde_json::json!({ "mode": i + 1, quantity(found.kind): value })).collect();
     serde_json::to_string_pretty(&rows).unwrap_or_default() + "\n"
 }
 

@@ -12,7 +12,8 @@ use thinshell::sparse::Potential;
 /// Vertices and bent midpoints of the patch, and its six-node faces.
 fn curved(mesh: &Mesh) -> (Vec<Vector3<f64>>, Vec<[usize; 6]>) {
     let topology = Topology::new(&mesh.faces);
-    let middle = |[a, b]: &[usize; 2]| mesh.vertices[*a].lerp(&mesh.vertices[*b], 0.5) + Vector3::new(0.02, -0.03, 0.05) * (a + 2 * b) as f64 * 0.1;
+    let middle =
+        |[a, b]: &[usize; 2]| mesh.vertices[*a].lerp(&mesh.vertices[*b], 0.5) + Vector3::new(0.02, -0.03, 0.05) * (a + 2 * b) as f64 * 0.1;
     let nodes = mesh.vertices.iter().copied().chain(topology.edges.iter().map(middle)).collect();
     let node = |e: usize| mesh.vertices.len() + e;
     let faces = mesh.faces.iter().zip(&topology.face_edges).map(|([a, b, c], [d, e, f])| [*a, *b, *c, node(*d), node(*e), node(*f)]);
@@ -127,7 +128,14 @@ fn derivatives_of_drag() {
     let x: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + 0.2 * (0.9 * i as f64).sin()).collect();
     compare(&mut wind, &x);
     // A plate that moves with the air feels nothing.
-    let mut still = Wind::<3, 9>::new(mesh.faces.clone(), linear_radon().to_vec(), &mesh.vertices, Box::new(|_, _| Vector3::new(1.0, 2.0, 3.0)), 1.3, [1.1, 0.4]);
+    let mut still = Wind::<3, 9>::new(
+        mesh.faces.clone(),
+        linear_radon().to_vec(),
+        &mesh.vertices,
+        Box::new(|_, _| Vector3::new(1.0, 2.0, 3.0)),
+        1.3,
+        [1.1, 0.4],
+    );
     let start = flat(&mesh.vertices);
     still.start_step(&start, 0.0, dt);
     let along: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + dt * (1 + i % 3) as f64).collect();
@@ -161,7 +169,8 @@ const PLATE: &str = "[mesh.rectangle]\nsize = [1.0, 0.5]\ncells = [4, 2]\n[solve
 fn reactions_carry_spread_loads() {
     let area = 0.5;
     for element in ["linear", "quadratic"] {
-        let shell = format!("[shell]\nelement = \"{element}\"\nthickness = 0.01\nyoungs_modulus = 1e10\npoissons_ratio = 0.0\ndensity = 2.0\n");
+        let shell =
+            format!("[shell]\nelement = \"{element}\"\nthickness = 0.01\nyoungs_modulus = 1e10\npoissons_ratio = 0.0\ndensity = 2.0\n");
         for (load, force, moment) in [
             // A moment about y of a vertical force f at a distance x is -x f.
             ("[[surface-load]]\nforce = [0, 0, \"3 * x\"]\n", area * 1.5, -area),
@@ -201,9 +210,10 @@ fn absent_spread_loads_leave_no_column() {
         sandbox.history()[0].split(',').map(str::to_owned).collect::<Vec<_>>()
     };
     let without = columns(STATIC);
-    for (load, column) in
-        [("[[surface-load]]\nforce = [0, 0, 0.1]\n", "surface_load_energy_J"), ("[[body-force]]\nforce = [0, 1, \"x\"]\n", "body_force_energy_J")]
-    {
+    for (load, column) in [
+        ("[[surface-load]]\nforce = [0, 0, 0.1]\n", "surface_load_energy_J"),
+        ("[[body-force]]\nforce = [0, 1, \"x\"]\n", "body_force_energy_J"),
+    ] {
         let mut with_it = columns(&format!("{STATIC}{load}{load}"));
         assert!(!without.iter().any(|c| c == column) && with_it.iter().filter(|c| *c == column).count() == 1, "{with_it:?}");
         with_it.retain(|c| c != column);

@@ -96,7 +96,8 @@ fn modes_that_are_absent_or_refused() {
     assert!(!sandbox.names("cases/scene").iter().any(|name| name.starts_with("modes")));
     assert!(!sandbox.ok(&["status", "scene.toml"]).0.contains("modes"));
     assert!(sandbox.fails(2, &["modes", "scene.toml"]).contains("has no such table"));
-    let measured = "[[report.expect]]\nname = \"f\"\nmeasure = { frequency = { mode = 5 } }\nreference = 1.0\ntolerance = 1.0\nsource = \"s\"\n";
+    let measured =
+        "[[report.expect]]\nname = \"f\"\nmeasure = { frequency = { mode = 5 } }\nreference = 1.0\ntolerance = 1.0\nsource = \"s\"\n";
     for (scene, words) in [
         (format!("{STATIC}[modes]\nkind = \"vibration\"\ncount = 0\n"), "modes.count"),
         (format!("{STATIC}[modes]\nkind = \"vibration\"\nshift = 0\n"), "modes.shift"),
@@ -121,7 +122,9 @@ fn reactions_as_measures() {
     let scene = "[mesh.rectangle]\nsize = [1.0, 0.2]\ncells = [8, 1]\n[shell]\nthickness = 0.01\nyoungs_modulus = 12e6\npoissons_ratio = 0.0\n\
         [output]\nreactions = true\n[statics]\nsteps = 4\n[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n";
     let expect = |name: &str, measure: &str, reference: f64, tolerance: f64| {
-        format!("[[report.expect]]\nname = \"{name}\"\nmeasure = {measure}\nreference = {reference:?}\ntolerance = {tolerance:?}\nsource = \"statics\"\n")
+        format!(
+            "[[report.expect]]\nname = \"{name}\"\nmeasure = {measure}\nreference = {reference:?}\ntolerance = {tolerance:?}\nsource = \"statics\"\n"
+        )
     };
     // Rigidity 1 per width: the moment about y is the curvature times the width.
     let moment = PI / 2.0 * 0.2;
@@ -154,5 +157,9 @@ fn reactions_as_measures() {
         let vtk = std::fs::read_to_string(sandbox.case("vtk/step_00000004.vtu")).unwrap();
         assert!(vtk.contains("Name=\"reaction\""));
     }
-    assert!(Sandbox::new(&loaded.replace("\"left\", axis = \"y\" }", "\"lft\", axis = \"y\" }")).fails(2, &["check", "scene.toml"]).contains("'lft'"));
+    assert!(
+        Sandbox::new(&loaded.replace("\"left\", axis = \"y\" }", "\"lft\", axis = \"y\" }"))
+            .fails(2, &["check", "scene.toml"])
+            .contains("'lft'")
+    );
 }

@@ -1,8 +1,8 @@
 //! Refuses measures that a scene cannot have, before it is run.
 
 use super::super::fields;
-use super::reactions;
 use super::measure::{Image, energy_scale, members, rim, vertex_at};
+use super::reactions;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::scene::{Measure, Scene};
