@@ -1,6 +1,7 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
 use super::Model;
+use super::reactions::Reactions;
 use super::rest_driver::RestDriver;
 use super::transport::{FollowingMass, Transport};
 use crate::error::{Error, Result};
@@ -63,15 +64,17 @@ pub struct Parts {
 
 /// A shell advanced step by step.
 pub struct ShellModel {
-    parts: Parts,
-    newton: Newton,
-    x: Vec<f64>,
+    pub(super) parts: Parts,
+    pub(super) newton: Newton,
+    pub(super) x: Vec<f64>,
     v: Vec<f64>,
     step: u64,
     time: f64,
     rest_is_set: bool,
     /// Whether checkpoints keep the lowest mode.
     keeps_mode: bool,
+    /// What the supports exert; absent where nobody asks.
+    pub(super) reactions: Option<Reactions>,
 }
 
 /// What an accepted step has to tell.
@@ -158,7 +161,7 @@ impl ShellModel {
         parts.shell.set_rest(&parts.initial_forms);
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
         let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
-        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, keeps_mode: false };
+        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, keeps_mode: false, reactions: None };
         model.follow(0.0).map_err(|(place, reason)| Error::input(place, reason))?;
         model.parts.shell.restart(&model.x);
         Ok(model)
@@ -218,6 +221,7 @@ impl ShellModel {
             if let Some(factor) = &load.factor {
                 load.potential.set_factor(factor(time));
             }
+            load.potential.set_time(time);
         }
     }
 
@@ -230,6 +234,9 @@ impl ShellModel {
             let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
             if !factor.is_finite() {
                 return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
+            }
+            if let Some((field, reason)) = load.potential.fault(time) {
+                return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
             }
         }
         let mut targets = Vec::with_capacity(self.parts.held.len());
@@ -282,6 +289,7 @@ impl ShellModel {
         if let Some(inertia) = &mut self.parts.inertia {
             inertia.start_step(&before, &self.v, dt);
         }
+        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step(&before, time, dt));
         let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets).map_err(|failure| match failure {
             Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
             Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
@@ -295,6 +303,9 @@ impl ShellModel {
         })?;
         for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
             *v = (now - before) / dt;
+        }
+        if let Some(reactions) = &mut self.reactions {
+            reactions.update(&mut self.parts, &self.newton, &self.x);
         }
         self.step += 1;
         self.time = time;
@@ -364,6 +375,7 @@ impl ShellModel {
         if let Some(mode) = self.newton.lowest_mode().filter(|_| self.keeps_mode) {
             fields.push(field("lowest_mode", Association::Node, 3, "1", mode[..lengths].to_vec()));
         }
+        fields.extend(self.reactions.iter().flat_map(|reactions| reactions.fields(lengths)));
         let counters = self.counters();
         let numbers = [
             ("newton_iterations", counters.newton_iterations),
@@ -398,6 +410,9 @@ impl ShellModel {
         }
         let points = self.parts.shell.faces() * self.parts.shell.points();
         self.parts.shell.set_lagged(&take("lagged_stress", 6 * points)?);
+        if let Some(reactions) = &mut self.reactions {
+            reactions.take(snapshot)?;
+        }
         self.x[..lengths].copy_from_slice(&position);
         self.x[lengths..].fill(0.0);
         self.v = velocity;
@@ -445,7 +460,7 @@ fn stiffness(transports: &[Transport]) -> Result<Vec<f64>, (String, String)> {
 }
 
 /// The potentials of a model, in the order in which they are added.
-fn potentials(parts: &mut Parts) -> Vec<&mut dyn Potential> {
+pub(super) fn potentials(parts: &mut Parts) -> Vec<&mut dyn Potential> {
     let mut list: Vec<&mut dyn Potential> = vec![&mut *parts.shell];
     list.extend(parts.inertia.as_mut().map(|p| &mut **p as &mut dyn Potential));
     list.extend(parts.loads.iter_mut().map(|load| &mut *load.potential as &mut dyn Potential));

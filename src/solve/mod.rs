@@ -5,11 +5,13 @@
 //! the unknowns mean, save how many of them are lengths.
 
 mod descent;
+mod modes;
 mod newton;
 mod round_off;
 mod stability;
 mod steps;
 
+pub use modes::{Mode, NoModes};
 pub use newton::{Counters, Failure, Newton, Settings, Solved};
 pub use stability::{Stability, Stabilizer};
 pub use steps::{StepControl, StepPlan};

@@ -244,7 +244,7 @@ fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
 /// Steps of the scene: of load factors or seconds.
 fn step_control(scene: &Scene) -> StepControl {
     let nominal = match (&scene.statics, &scene.dynamics) {
-        (Some(statics), _) => scene.end() / statics.steps as f64,
+        (Some(statics), _) => scene.end() / statics.steps.max(1) as f64,
         (None, Some(dynamics)) => dynamics.dt,
         (None, None) => 1.0,
     };

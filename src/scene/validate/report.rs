@@ -13,7 +13,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         named(&key("name"), &table.name)?;
         let new = report.expectations[..i].iter().all(|other| other.name != table.name);
         require(&key("name"), new, "an expectation of this name comes before")?;
-        measure(&key("measure"), &table.measure)?;
+        measure(&key("measure"), &table.measure, scene)?;
         finite(&key("reference"), &[table.reference], "unit of the measure")?;
         tolerance(&key("tolerance"), table.tolerance, "unit of the measure")?;
         named(&key("source"), &table.source)?;
@@ -28,7 +28,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         let key = format!("report.sweep.{i}");
         let new = report.sweeps[..i].iter().all(|other| other.name != table.name);
         require(&format!("{key}.name"), new, "a sweep of this name comes before")?;
-        sweep(&key, table)?;
+        sweep(&key, table, scene)?;
     }
     Ok(())
 }
@@ -37,7 +37,7 @@ fn tolerance(key: &str, value: f64, unit: &str) -> Check {
     require(key, value >= 0.0 && value.is_finite(), format!("must be >= 0 [{unit}]"))
 }
 
-fn measure(key: &str, measure: &Measure) -> Check {
+fn measure(key: &str, measure: &Measure, scene: &Scene) -> Check {
     let region = |key: String, name: &Option<String>| name.as_ref().map_or(Ok(()), |name| named(&key, name));
     match measure {
         Measure::Displacement { at, .. } => finite(&format!("{key}.displacement.at"), at, "m"),
@@ -65,13 +65,17 @@ fn measure(key: &str, measure: &Measure) -> Check {
             region(format!("{key}.field.region"), of)?;
             within(&format!("{key}.field.component"), *component, 0..=8)
         }
+        Measure::Reaction { region, .. } => modes::reaction(&format!("{key}.reaction"), region, None, scene),
+        Measure::ReactionMoment { region, about, .. } => modes::reaction(&format!("{key}.reaction-moment"), region, Some(about), scene),
+        Measure::Frequency { mode } => modes::mode(&format!("{key}.frequency"), *mode, ModeKind::Vibration, scene),
+        Measure::BucklingFactor { mode } => modes::mode(&format!("{key}.buckling-factor"), *mode, ModeKind::Buckling, scene),
         Measure::History { column } => named(&format!("{key}.history.column"), column),
         Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
     }
 }
 
 fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
-    measure("report.ladder.measure", &ladder.measure)?;
+    measure("report.ladder.measure", &ladder.measure, scene)?;
     finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
     let key = "report.ladder.resolutions";
     require(key, !ladder.resolutions.is_empty(), "must not be empty")?;
@@ -140,7 +144,7 @@ fn ladder_expectation(key: &str, table: &LadderExpectation, ladder: &Ladder, sce
     named(&format!("{key}.source"), &table.source)
 }
 
-fn sweep(key: &str, table: &Sweep) -> Check {
+fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
     named(&format!("{key}.name"), &table.name)?;
     let first = sweep_key(key, &table.key, &table.values, table.logarithmic.as_ref())?;
     let mut runs = first.len();
@@ -157,7 +161,7 @@ fn sweep(key: &str, table: &Sweep) -> Check {
         named(&format!("{key}.name"), &entry.name)?;
         let new = table.measures[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
-        measure(&format!("{key}.measure"), &entry.measure)?;
+        measure(&format!("{key}.measure"), &entry.measure, scene)?;
         finite(&format!("{key}.least"), entry.least.as_slice(), "unit of the measure")?;
         finite(&format!("{key}.most"), entry.most.as_slice(), "unit of the measure")?;
         let ordered = entry.least.zip(entry.most).is_none_or(|(least, most)| least <= most);
