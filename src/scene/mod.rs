@@ -17,6 +17,7 @@ mod scalar;
 mod shell;
 mod solve;
 mod source;
+mod stepping;
 mod suspicion;
 mod sweep;
 mod validate;
@@ -37,7 +38,7 @@ pub use mesh::{
     SphereCap, Triangulation,
 };
 pub use read::{SceneFile, parse, read, to_toml};
-pub use report::{Expectation, Report};
+pub use report::{Expectation, NamedMeasure, Passage, PathMeasures, Report};
 pub use rest::{
     Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Profile, Pullback, Rest, Sampling, Shape, Surface, Thermal,
     ThermalLayer,
@@ -46,6 +47,7 @@ pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
 pub use source::Source;
+pub use stepping::{Adaptive, ArcLength, Reached};
 pub use suspicion::suspicions;
 pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
 

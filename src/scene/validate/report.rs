@@ -20,6 +20,32 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         require(&key("time"), table.time.is_none_or(|time| time >= 0.0 && time.is_finite()), "must be >= 0 [s]")?;
         let within = table.time.is_none_or(|time| time <= end * (1.0 + 1e-9));
         require(&key("time"), within, format!("is after the end of the run at {end} (seconds, in statics the load factor)"))?;
+        let arc_length = scene.statics.as_ref().is_some_and(|s| s.arc_length.is_some());
+        let ambiguous = table.time.is_some() && arc_length;
+        require(&key("time"), !ambiguous, "may come more than once on a path by [statics.arc-length]; use `passage` or `limit-point`")?;
+        if let Some(number) = table.limit_point {
+            require(&key("limit-point"), arc_length, "needs [statics.arc-length]")?;
+            require(&key("limit-point"), number > 0, "must be 1 or more")?;
+        }
+        if let Some(passage) = &table.passage {
+            measure(&key("passage.measure"), &passage.measure)?;
+            finite(&key("passage.value"), &[passage.value], "unit of the measure")?;
+            require(&key("passage.number"), passage.number > 0, "must be 1 or more")?;
+        }
+        let places = [table.time.is_some(), table.limit_point.is_some(), table.passage.is_some()];
+        let places = places.into_iter().filter(|given| *given).count();
+        require(&format!("report.expect.{i}"), places <= 1, "at most one of `time`, `limit-point` and `passage` may be given")?;
+    }
+    if let Some(path) = &report.path {
+        require("report.path.measures", !path.measures.is_empty(), "must not be empty")?;
+        for (i, entry) in path.measures.iter().enumerate() {
+            let key = format!("report.path.measures.{i}");
+            named(&format!("{key}.name"), &entry.name)?;
+            let new = path.measures[..i].iter().all(|other| other.name != entry.name);
+            let new = new && !["step", "t"].contains(&entry.name.as_str());
+            require(&format!("{key}.name"), new, "a column of this name comes before")?;
+            measure(&format!("{key}.measure"), &entry.measure)?;
+        }
     }
     if let Some(table) = &report.ladder {
         ladder(table, scene)?;
@@ -66,7 +92,7 @@ fn measure(key: &str, measure: &Measure) -> Check {
             within(&format!("{key}.field.component"), *component, 0..=8)
         }
         Measure::History { column } => named(&format!("{key}.history.column"), column),
-        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
+        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::LoadFactor | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
     }
 }
 
