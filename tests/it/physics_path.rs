@@ -50,7 +50,7 @@ fn a_deep_arch_buckles_at_the_load_of_the_elastica() {
         [[report.expect]]\nname = 'crown there'\nmeasure = { displacement = { at = [-30.07057995, 95.37169507, 0], axis = 'x' } }\nlimit-point = 1\nreference = 16.5\ntolerance = 200\nsource = 'sign'\n\
         [[report.expect]]\nname = 'load at half'\nmeasure = 'load-factor'\npassage = { measure = 'load-factor', value = 0.5, number = 2 }\nreference = 0.5\ntolerance = 1e-6\nsource = 'itself'\n\
         [report.path]\nmeasures = [{ name = 'energy', measure = { energy = { part = 'bending' } } }]\n";
-    let sandbox = Sandbox::new(&(arch(24, ALONG) + reports));
+    let sandbox = Sandbox::new(&(arch(40, ALONG) + reports));
     let output = sandbox.output(&["all", "scene.toml"]);
     println!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert_eq!(output.status.code(), Some(0));
