@@ -20,18 +20,9 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         require(&key("time"), table.time.is_none_or(|time| time >= 0.0 && time.is_finite()), "must be >= 0 [s]")?;
         let within = table.time.is_none_or(|time| time <= end * (1.0 + 1e-9));
         require(&key("time"), within, format!("is after the end of the run at {end} (seconds, in statics the load factor)"))?;
-        let arc_length = scene.statics.as_ref().is_some_and(|s| s.arc_length.is_some());
-        let ambiguous = table.time.is_some() && arc_length;
+        let ambiguous = table.time.is_some() && has_path(scene);
         require(&key("time"), !ambiguous, "may come more than once on a path by [statics.arc-length]; use `passage` or `limit-point`")?;
-        if let Some(number) = table.limit_point {
-            require(&key("limit-point"), arc_length, "needs [statics.arc-length]")?;
-            require(&key("limit-point"), number > 0, "must be 1 or more")?;
-        }
-        if let Some(passage) = &table.passage {
-            measure(&key("passage.measure"), &passage.measure)?;
-            finite(&key("passage.value"), &[passage.value], "unit of the measure")?;
-            require(&key("passage.number"), passage.number > 0, "must be 1 or more")?;
-        }
+        spot(&format!("report.expect.{i}"), table.limit_point, table.passage.as_ref(), scene)?;
         let places = [table.time.is_some(), table.limit_point.is_some(), table.passage.is_some()];
         let places = places.into_iter().filter(|given| *given).count();
         require(&format!("report.expect.{i}"), places <= 1, "at most one of `time`, `limit-point` and `passage` may be given")?;
@@ -54,9 +45,27 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         let key = format!("report.sweep.{i}");
         let new = report.sweeps[..i].iter().all(|other| other.name != table.name);
         require(&format!("{key}.name"), new, "a sweep of this name comes before")?;
-        sweep(&key, table)?;
+        sweep(&key, table, scene)?;
     }
     Ok(())
+}
+
+/// Whether the load factor is an unknown, and so may turn back.
+fn has_path(scene: &Scene) -> bool {
+    scene.statics.as_ref().is_some_and(|statics| statics.arc_length.is_some())
+}
+
+/// Places on a path.
+fn spot(key: &str, limit_point: Option<usize>, passage: Option<&Passage>, scene: &Scene) -> Check {
+    if let Some(number) = limit_point {
+        let key = format!("{key}.limit-point");
+        require(&key, has_path(scene), "needs [statics.arc-length]")?;
+        require(&key, number > 0, "must be 1 or more")?;
+    }
+    let Some(passage) = passage else { return Ok(()) };
+    measure(&format!("{key}.passage.measure"), &passage.measure)?;
+    finite(&format!("{key}.passage.value"), &[passage.value], "unit of the measure")?;
+    require(&format!("{key}.passage.number"), passage.number > 0, "must be 1 or more")
 }
 
 fn tolerance(key: &str, value: f64, unit: &str) -> Check {
@@ -98,6 +107,7 @@ fn measure(key: &str, measure: &Measure) -> Check {
 
 fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
     measure("report.ladder.measure", &ladder.measure)?;
+    spot("report.ladder", ladder.limit_point, None, scene)?;
     finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
     let key = "report.ladder.resolutions";
     require(key, !ladder.resolutions.is_empty(), "must not be empty")?;
@@ -166,7 +176,7 @@ fn ladder_expectation(key: &str, table: &LadderExpectation, ladder: &Ladder, sce
     named(&format!("{key}.source"), &table.source)
 }
 
-fn sweep(key: &str, table: &Sweep) -> Check {
+fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
     named(&format!("{key}.name"), &table.name)?;
     let first = sweep_key(key, &table.key, &table.values, table.logarithmic.as_ref())?;
     let mut runs = first.len();
@@ -184,6 +194,9 @@ fn sweep(key: &str, table: &Sweep) -> Check {
         let new = table.measures[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
         measure(&format!("{key}.measure"), &entry.measure)?;
+        spot(&key, entry.limit_point, entry.passage.as_ref(), scene)?;
+        let one = entry.limit_point.is_none() || entry.passage.is_none();
+        require(&key, one, "at most one of `limit-point` and `passage` may be given")?;
         finite(&format!("{key}.least"), entry.least.as_slice(), "unit of the measure")?;
         finite(&format!("{key}.most"), entry.most.as_slice(), "unit of the measure")?;
         let ordered = entry.least.zip(entry.most).is_none_or(|(least, most)| least <= most);

@@ -1,5 +1,6 @@
 //! A case that has run, and what of it is judged: states, history, cost.
 
+use super::path::Spot;
 use super::super::{Job, all, mesh as mesh_stage, run as run_stage, setup};
 use crate::case::{Folder, History, history::Table};
 use crate::error::{Error, Result};
@@ -159,12 +160,12 @@ pub struct Trial {
     pub longest_edge: f64,
 }
 
-/// Runs a case and takes measures at their times, or at the end. Equations that cannot be solved are a result; other errors are errors.
-pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Option<f64>)]) -> Result<Trial> {
+/// Runs a case and takes measures at their places. Equations that cannot be solved are a result; other errors are errors.
+pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Spot)]) -> Result<Trial> {
     match all::until_run(job) {
         Ok(()) => {
             let case = Case::load(job)?;
-            let values = measures.iter().map(|(m, time)| Ok(Some(case.measure(m, (*time).into())?).filter(|v| v.is_finite())));
+            let values = measures.iter().map(|(m, spot)| Ok(Some(case.measure_at(m, *spot)?).filter(|v| v.is_finite())));
             Ok(Trial {
                 values: Ok(values.collect::<Result<_>>()?),
                 cost: case.cost()?,

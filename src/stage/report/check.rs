@@ -28,6 +28,9 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh, columns: &[&str]) -> Result<()
     for (i, sweep) in report.sweeps.iter().enumerate() {
         for (k, entry) in sweep.measures.iter().enumerate() {
             check(&format!("report.sweep.{i}.measures.{k}.measure"), &entry.measure, scene, mesh, columns)?;
+            if let Some(passage) = &entry.passage {
+                check(&format!("report.sweep.{i}.measures.{k}.passage.measure"), &passage.measure, scene, mesh, columns)?;
+            }
         }
     }
     Ok(())

@@ -44,7 +44,7 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     let case = Case::load(job)?;
     let mut results = Vec::new();
     for e in job.scene.report.iter().flat_map(|r| &r.expectations) {
-        let value = case.expected(e)?;
+        let value = case.measure_at(&e.measure, e.into())?;
         results.push(ExpectationResult::new(&e.name, value, e.reference, e.tolerance, &e.source));
     }
     let path = job.scene.report.as_ref().and_then(|report| report.path.as_ref()).map(|path| case.along(path)).transpose()?;

@@ -6,27 +6,59 @@ use crate::case::atomic;
 use crate::error::{Error, Result};
 use crate::report::path::{limit_point, passage};
 use crate::report::{PathTable, Place};
-use crate::scene::{Expectation, PathMeasures};
+use crate::scene::{Expectation, Measure, Passage, PathMeasures};
 use std::path::PathBuf;
 
-impl Case<'_> {
-    /// The value that an expectation is about; not finite where its place is not on the path.
-    pub fn expected(&self, expected: &Expectation) -> Result<f64> {
-        if expected.limit_point.is_none() && expected.passage.is_none() {
-            return self.measure(&expected.measure, expected.time.into());
+/// Where in a run something is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spot<'a> {
+    /// At a checkpoint.
+    At(When),
+    /// At a limit point, counted from 1.
+    LimitPoint(usize),
+    /// Where a measure comes to a value.
+    Passage(&'a Passage),
+}
+
+impl<'a> Spot<'a> {
+    /// What a table says of it; the end where it says nothing.
+    pub fn new(time: Option<f64>, limit_point: Option<usize>, passage: Option<&'a Passage>) -> Self {
+        match (limit_point, passage) {
+            (Some(number), _) => Spot::LimitPoint(number),
+            (None, Some(passage)) => Spot::Passage(passage),
+            (None, None) => Spot::At(time.into()),
         }
-        let (steps, ways, times) = self.steps()?;
-        let place = match (&expected.passage, expected.limit_point) {
-            (Some(at), _) => {
-                let values = steps.iter().map(|step| self.measure(&at.measure, When::Step(*step)));
-                passage(&ways, &values.collect::<Result<Vec<_>>>()?, at.value, at.number)
+    }
+}
+
+impl<'a> From<&'a Expectation> for Spot<'a> {
+    fn from(e: &'a Expectation) -> Self {
+        Spot::new(e.time, e.limit_point, e.passage.as_ref())
+    }
+}
+
+impl Case<'_> {
+    /// A measure somewhere in the run; not finite where that is not on its path.
+    ///
+    /// # Errors
+    /// Those of [`Case::measure`].
+    pub fn measure_at(&self, measure: &Measure, spot: Spot) -> Result<f64> {
+        let (steps, place) = match spot {
+            Spot::At(when) => return self.measure(measure, when),
+            Spot::LimitPoint(number) => {
+                let (steps, ways, times) = self.steps()?;
+                (steps, limit_point(&ways, &times, number))
             }
-            (None, number) => limit_point(&ways, &times, number.unwrap_or(1)),
+            Spot::Passage(at) => {
+                let (steps, ways, _) = self.steps()?;
+                let values = steps.iter().map(|step| self.measure(&at.measure, When::Step(*step))).collect::<Result<Vec<_>>>()?;
+                (steps, passage(&ways, &values, at.value, at.number))
+            }
         };
         let Some(Place { weights }) = place else { return Ok(f64::NAN) };
         let mut value = 0.0;
         for (index, weight) in weights {
-            value += weight * self.measure(&expected.measure, When::Step(steps[index]))?;
+            value += weight * self.measure(measure, When::Step(steps[index]))?;
         }
         Ok(value)
     }
