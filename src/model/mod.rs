@@ -2,6 +2,7 @@
 //!
 //! A model exchanges [`crate::snapshot::Snapshot`]s with the rest of the program and knows neither files nor scenes.
 
+mod along;
 mod modes;
 mod reactions;
 mod rest_driver;
@@ -9,7 +10,7 @@ mod shell_model;
 mod transport;
 
 use crate::snapshot::Snapshot;
-use crate::solve::Counters;
+use crate::solve::{Advance, Counters, Reach};
 
 pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
@@ -22,6 +23,23 @@ pub trait Model {
     /// # Errors
     /// Why the step failed.
     fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure>;
+
+    /// Follows the path of equilibria through the present one for a step. One that goes past the load factor `end` ends on it instead, by
+    /// an ordinary step from where it started; it has no [`Advance`]. On failure the model is as it was.
+    ///
+    /// # Errors
+    /// Why the step failed; a model that has no such paths.
+    fn advance_along(&mut self, _reach: Reach, _end: f64) -> Result<(StepReport, Option<Advance>), StepFailure> {
+        Err(StepFailure::Input { place: "statics.arc-length".into(), reason: "this model has no paths of equilibria".into() })
+    }
+
+    /// Length of the last step along a path: root mean square of the nodes' displacements [m]; 0 before the first.
+    fn last_way(&self) -> f64 {
+        0.0
+    }
+
+    /// Whether a step goes on by descent from now on where the iteration does not contract, as at first; else it has failed.
+    fn set_descends(&mut self, _descends: bool) {}
 
     /// Accepted steps.
     fn step(&self) -> u64;

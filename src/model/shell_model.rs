@@ -9,7 +9,7 @@ use crate::load::Load;
 use crate::shell::rest::Forms;
 use crate::shell::{Inertial, Shell};
 use crate::snapshot::{Association, Field, Snapshot};
-use crate::solve::{Counters, Failure, Newton, Settings, Solved};
+use crate::solve::{Advance, Reach, Counters, Failure, Newton, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
 
@@ -68,9 +68,11 @@ pub struct ShellModel {
     pub(super) newton: Newton,
     pub(super) x: Vec<f64>,
     v: Vec<f64>,
-    step: u64,
-    time: f64,
-    rest_is_set: bool,
+    pub(super) step: u64,
+    pub(super) time: f64,
+    pub(super) rest_is_set: bool,
+    /// Movement of the last step along a path, over all unknowns; none off paths and before the first step.
+    pub(super) heading: Option<Vec<f64>>,
     /// Whether checkpoints keep the lowest mode.
     keeps_mode: bool,
     /// What the supports exert; absent where nobody asks.
@@ -125,6 +127,18 @@ impl Model for ShellModel {
         self.newton.leaves_unstable()
     }
 
+    fn advance_along(&mut self, reach: Reach, end: f64) -> Result<(StepReport, Option<Advance>), StepFailure> {
+        self.try_along(reach, end)
+    }
+
+    fn last_way(&self) -> f64 {
+        self.heading.as_ref().map_or(0.0, |heading| self.newton.path_length(heading))
+    }
+
+    fn set_descends(&mut self, descends: bool) {
+        self.newton.set_descends(descends);
+    }
+
     fn energies(&self) -> Vec<(&'static str, f64)> {
         ShellModel::energies(self)
     }
@@ -161,7 +175,8 @@ impl ShellModel {
         parts.shell.set_rest(&parts.initial_forms);
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
         let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
-        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, keeps_mode: false, reactions: None };
+        let mut model =
+            ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, heading: None, keeps_mode: false, reactions: None };
         model.follow(0.0).map_err(|(place, reason)| Error::input(place, reason))?;
         model.parts.shell.restart(&model.x);
         Ok(model)
@@ -187,42 +202,12 @@ impl ShellModel {
         &self.x
     }
 
-    /// Sets what follows time and what diffuses: stiffness, mass, and the rest forms if they change or were never set. Errors: the table that
-    /// asks for the impossible, and why.
-    fn follow(&mut self, time: f64) -> Result<(), (String, String)> {
-        let parts = &mut self.parts;
-        let softened = parts.transports.iter().any(|transport| transport.stiffness.is_some());
-        if softened {
-            let factors = stiffness(&parts.transports).map_err(|(place, e)| (place, format!("{e} (at t = {time})")))?;
-            parts.shell.set_stiffness(factors);
-        }
-        if let Some(following) = &parts.following_mass {
-            let factors =
-                following.factors(&parts.transports).map_err(|e| ("moisture.added_density".to_owned(), format!("{e} (at t = {time})")))?;
-            if let Some(inertia) = &mut parts.inertia {
-                inertia.set_factors(&factors);
-            }
-            let masses = following.node_masses(&factors);
-            parts.loads.iter_mut().for_each(|load| load.potential.set_masses(&masses));
-        }
-        match &mut parts.rest {
-            Some(driver) if softened || driver.changes() || !self.rest_is_set => {
-                parts.shell.set_rest(&driver.forms(time).map_err(|e| (place_of_law(e.law), e.reason))?);
-                self.rest_is_set = true;
-            }
-            None if softened => parts.shell.set_rest(&parts.initial_forms),
-            _ => {}
-        }
-        Ok(())
+    pub(super) fn follow(&mut self, time: f64) -> Result<(), (String, String)> {
+        follow(&mut self.parts, &mut self.rest_is_set, time)
     }
 
-    fn set_loads(&mut self, time: f64) {
-        for load in &mut self.parts.loads {
-            if let Some(factor) = &load.factor {
-                load.potential.set_factor(factor(time));
-            }
-            load.potential.set_time(time);
-        }
+    pub(super) fn set_loads(&mut self, time: f64) {
+        set_loads(&mut self.parts, time);
     }
 
     /// Values that the moved unknowns take at a time, once it is sure that all that is prescribed then is finite.
@@ -290,7 +275,27 @@ impl ShellModel {
             inertia.start_step(&before, &self.v, dt);
         }
         self.parts.loads.iter_mut().for_each(|load| load.potential.start_step(&before, time, dt));
-        let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets).map_err(|failure| match failure {
+        let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets);
+        let solved = solved.map_err(|failure| self.failed(failure))?;
+        for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
+            *v = (now - before) / dt;
+        }
+        self.update_reactions();
+        self.step += 1;
+        self.time = time;
+        Ok(StepReport { solved })
+    }
+
+    /// Finds what the supports exert on the state that is there, where anybody asks.
+    pub(super) fn update_reactions(&mut self) {
+        if let Some(reactions) = &mut self.reactions {
+            reactions.update(&mut self.parts, &self.newton, &self.x);
+        }
+    }
+
+    /// A failure of the solver in words.
+    pub(super) fn failed(&self, failure: Failure) -> StepFailure {
+        match failure {
             Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
             Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
             Failure::NotContracting(movement) => {
@@ -300,16 +305,7 @@ impl ShellModel {
                 "the equilibrium is unstable (lowest eigenvalue {lowest:.3e} N/m3) and no stable one was found"
             )),
             Failure::Unstable(None) => StepFailure::Equations("the equilibrium is unstable and its lowest mode was not found".into()),
-        })?;
-        for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
-            *v = (now - before) / dt;
         }
-        if let Some(reactions) = &mut self.reactions {
-            reactions.update(&mut self.parts, &self.newton, &self.x);
-        }
-        self.step += 1;
-        self.time = time;
-        Ok(StepReport { solved })
     }
 
     /// An unknown in words.
@@ -376,6 +372,9 @@ impl ShellModel {
             fields.push(field("lowest_mode", Association::Node, 3, "1", mode[..lengths].to_vec()));
         }
         fields.extend(self.reactions.iter().flat_map(|reactions| reactions.fields(lengths)));
+        if let Some(heading) = &self.heading {
+            fields.push(field("path_heading", Association::Node, 3, "m", heading[..lengths].to_vec()));
+        }
         let counters = self.counters();
         let numbers = [
             ("newton_iterations", counters.newton_iterations),
@@ -416,6 +415,11 @@ impl ShellModel {
         self.x[..lengths].copy_from_slice(&position);
         self.x[lengths..].fill(0.0);
         self.v = velocity;
+        // Angles have no part in the way of a path.
+        self.heading = snapshot.field("path_heading").map(|_| take("path_heading", lengths)).transpose()?.map(|mut heading| {
+            heading.resize(self.x.len(), 0.0);
+            heading
+        });
         self.step = snapshot.step;
         self.time = snapshot.time;
         let count = |name: &str| snapshot.number(name).unwrap_or(0.0) as u64;
@@ -429,6 +433,43 @@ impl ShellModel {
         self.follow(self.time).map_err(|(_, reason)| reason)?;
         self.set_loads(self.time);
         Ok(())
+    }
+}
+
+/// Sets what follows time and what diffuses: stiffness, mass, and the rest forms if they change or were never set. Errors: the table that
+/// asks for the impossible, and why.
+pub(super) fn follow(parts: &mut Parts, rest_is_set: &mut bool, time: f64) -> Result<(), (String, String)> {
+    let softened = parts.transports.iter().any(|transport| transport.stiffness.is_some());
+    if softened {
+        let factors = stiffness(&parts.transports).map_err(|(place, e)| (place, format!("{e} (at t = {time})")))?;
+        parts.shell.set_stiffness(factors);
+    }
+    if let Some(following) = &parts.following_mass {
+        let factors =
+            following.factors(&parts.transports).map_err(|e| ("moisture.added_density".to_owned(), format!("{e} (at t = {time})")))?;
+        if let Some(inertia) = &mut parts.inertia {
+            inertia.set_factors(&factors);
+        }
+        let masses = following.node_masses(&factors);
+        parts.loads.iter_mut().for_each(|load| load.potential.set_masses(&masses));
+    }
+    match &mut parts.rest {
+        Some(driver) if softened || driver.changes() || !*rest_is_set => {
+            parts.shell.set_rest(&driver.forms(time).map_err(|e| (place_of_law(e.law), e.reason))?);
+            *rest_is_set = true;
+        }
+        None if softened => parts.shell.set_rest(&parts.initial_forms),
+        _ => {}
+    }
+    Ok(())
+}
+
+pub(super) fn set_loads(parts: &mut Parts, time: f64) {
+    for load in &mut parts.loads {
+        if let Some(factor) = &load.factor {
+            load.potential.set_factor(factor(time));
+        }
+        load.potential.set_time(time);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a scene expected of its result and what it got: `report.json` and `report.md`.
 
-use super::{cell, number, table};
+use super::{PathTable, cell, number, table};
 use serde::{Serialize, Serializer};
 
 /// One expectation and the number that was measured.
@@ -54,6 +54,9 @@ pub struct Outcome {
     /// What the run cost.
     #[serde(flatten)]
     pub cost: Cost,
+    /// Measures at each step, where they are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<PathTable>,
     /// Hash of what the report was made from; empty where nobody asks.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub inputs: String,
@@ -72,7 +75,7 @@ impl Outcome {
     /// Passes when all expectations do.
     pub fn new(scene: impl Into<String>, expectations: Vec<ExpectationResult>, cost: Cost) -> Self {
         let passed = expectations.iter().all(|e| e.passed);
-        Outcome { scene: scene.into(), passed, expectations, cost, inputs: String::new() }
+        Outcome { scene: scene.into(), passed, expectations, cost, path: None, inputs: String::new() }
     }
 
     /// Contents of `report.json`; numbers that are not finite are null.

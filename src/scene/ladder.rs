@@ -13,6 +13,9 @@ pub struct Ladder {
     /// Exact value.
     #[serde(default)]
     pub reference: f64,
+    /// Number of the limit point at which it is measured, from 1, on a path by arc length. Absent: the end.
+    #[serde(default, rename = "limit-point", skip_serializing_if = "Option::is_none")]
+    pub limit_point: Option<usize>,
     /// Factors on the scene's numbers of cells (rings, inverse triangle size), ascending. Of a mesh file, the first is 1 and finer ones are split.
     pub resolutions: Vec<f64>,
     /// How meshes become finer than that of the first resolution.

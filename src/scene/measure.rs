@@ -203,7 +203,9 @@ pub enum Measure {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         region: Option<String>,
     },
-    /// The last value of a column of `history.csv`, for example `kinetic_energy_J`.
+    /// The load factor `t`, or the time [s].
+    LoadFactor,
+    /// The value of a column of `history.csv` at the step that is measured, by default the last, for example `kinetic_energy_J`.
     History {
         /// Name of the column.
         column: String,

@@ -19,6 +19,7 @@ mod scalar;
 mod shell;
 mod solve;
 mod source;
+mod stepping;
 mod suspicion;
 mod sweep;
 mod validate;
@@ -41,7 +42,7 @@ pub use mesh::{
 };
 pub use modes::{ModeKind, Modes};
 pub use read::{SceneFile, parse, read, to_toml};
-pub use report::{Expectation, Report};
+pub use report::{Expectation, NamedMeasure, Passage, PathMeasures, Report};
 pub use rest::{
     Bilayer, Components, Isotropic, Linear, Orthotropic, Prestress, Profile, Pullback, Rest, Sampling, Shape, Surface, Thermal,
     ThermalLayer,
@@ -50,6 +51,7 @@ pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
 pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
 pub use source::Source;
+pub use stepping::{Adaptive, ArcLength, Reached};
 pub use suspicion::suspicions;
 pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
 

@@ -20,6 +20,12 @@ pub struct Statics {
     /// Not with moments, which have no energy.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stable: bool,
+    /// Steps whose length follows the iterations of the last. Absent: all are alike, but for those that fail.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<super::Adaptive>,
+    /// Follows the path of equilibria through limit points, the load factor being an unknown. Absent: the load factor only grows.
+    #[serde(default, rename = "arc-length", skip_serializing_if = "Option::is_none")]
+    pub arc_length: Option<super::ArcLength>,
     /// Disturbs the state that the first step starts from; the rest shape stays. Absent: not disturbed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,

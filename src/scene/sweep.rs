@@ -1,6 +1,6 @@
 //! Table `[[report.sweep]]`: a scene run with several values of one or two of its keys.
 
-use super::Measure;
+use super::{Measure, Passage};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -133,8 +133,14 @@ impl<'de> Deserialize<'de> for SweepValue {
 pub struct SweepMeasure {
     /// Name in the table.
     pub name: String,
-    /// What is measured at the end of each run.
+    /// What is measured at the end of each run, or at `limit-point` or `passage`.
     pub measure: Measure,
+    /// Number of a limit point, from 1, on a path by arc length.
+    #[serde(default, rename = "limit-point", skip_serializing_if = "Option::is_none")]
+    pub limit_point: Option<usize>,
+    /// Where another measure comes to a value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passage: Option<Passage>,
     /// Smallest value that passes, in the measure's unit. A limit needs a `source`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least: Option<f64>,

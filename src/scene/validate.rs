@@ -7,6 +7,7 @@ mod load;
 mod modes;
 mod report;
 mod rest;
+mod stepping;
 
 use super::source::Fault;
 use super::*;
@@ -328,6 +329,7 @@ fn statics(statics: &Statics, scene: &Scene) -> Check {
     positive_or_absent("statics.end", statics.end, "s")?;
     let energies = !statics.stable || scene.moments.is_empty();
     require("statics.stable", energies, "needs an energy to tell stable states by, which a [[moment]] has not")?;
+    stepping::stepping(statics, scene)?;
     let Some(perturbation) = &statics.perturbation else { return Ok(()) };
     positive("statics.perturbation.amplitude", perturbation.amplitude, "m")?;
     // Recorded scenes are TOML, whose integers have a sign.

@@ -71,6 +71,8 @@ pub struct Newton {
     pub(super) solution: Vec<f64>,
     pub(super) trial: Vec<f64>,
     pub(super) counters: Counters,
+    /// Whether descent takes over where the mixed iteration does not contract; else the step has failed.
+    descends: bool,
     /// Whether a first matrix has shown that nothing moves without resistance.
     is_held: bool,
     /// Where unstable equilibria are to be left.
@@ -108,6 +110,7 @@ impl Newton {
             solution,
             trial: vec![0.0; all],
             counters: Counters::default(),
+            descends: true,
             is_held: false,
             stabilizer: None,
             pull: None,
@@ -127,6 +130,11 @@ impl Newton {
     /// Puts counters back, as a checkpoint has them.
     pub fn set_counters(&mut self, counters: Counters) {
         self.counters = counters;
+    }
+
+    /// Whether descent takes over from now on where the mixed iteration does not contract, as at first; else such a step has failed.
+    pub fn set_descends(&mut self, descends: bool) {
+        self.descends = descends;
     }
 
     /// Number of free unknowns.
@@ -163,6 +171,10 @@ impl Newton {
             }
             // Singular before anything moved: no step and no descent mends a mechanism.
             Err(failure @ Failure::Mechanism(_)) if *x == *start => return Err(failure),
+            Err(failure) if !self.descends => {
+                x.copy_from_slice(&start);
+                return Err(failure);
+            }
             Err(failure) => log::debug!("mixed iteration: {failure:?}; descending on the energy"),
         }
         x.copy_from_slice(&start);
@@ -198,7 +210,7 @@ impl Newton {
     }
 
     /// Largest component of the gradient over the largest diagonal entry times the diameter.
-    fn residual(&self) -> f64 {
+    pub(super) fn residual(&self) -> f64 {
         let largest = |m: f64, v: f64| m.max(v.abs());
         let stiffest = self.pattern.column_start[..self.pattern.len()].iter().map(|k| self.system.matrix[*k as usize]).fold(0.0, largest);
         self.system.gradient.iter().copied().fold(0.0, largest) / (stiffest * self.settings.diameter)
@@ -246,14 +258,7 @@ impl Newton {
             }
             let residual = self.residual();
             let negative_pivots = self.solve_linear(Kind::Ldlt)?;
-            if !self.is_held {
-                let (share, unknown) = self.softest(potentials, x);
-                log::trace!("softest direction: {share:e} of the matrix");
-                if share < MECHANISM {
-                    return Err(Failure::Mechanism(self.numbering.unknowns()[unknown] as usize));
-                }
-                self.is_held = true;
-            }
+            self.check_held(potentials, x)?;
             if moving {
                 moved.iter().for_each(|&(i, d)| self.dx[i] = d);
             }
@@ -280,6 +285,19 @@ impl Newton {
             }
         }
         Err(Failure::NotContracting(movement))
+    }
+
+    /// Once, after the first solution with the matrix at `x`: that nothing moves without resistance.
+    pub(super) fn check_held(&mut self, potentials: &[&mut dyn Potential], x: &[f64]) -> Result<(), Failure> {
+        if !self.is_held {
+            let (share, unknown) = self.softest(potentials, x);
+            log::trace!("softest direction: {share:e} of the matrix");
+            if share < MECHANISM {
+                return Err(Failure::Mechanism(self.numbering.unknowns()[unknown] as usize));
+            }
+            self.is_held = true;
+        }
+        Ok(())
     }
 
     /// The softest direction `y` of the matrix `H` last factorised, by inverse iteration: its stiffness over `|y|.|H| |y|`, and the unknown

@@ -85,7 +85,7 @@ impl Newton {
     }
 
     /// Gradient of the potentials at `x` over the free unknowns; that of the system stays.
-    fn forces(&mut self, potentials: &[&mut dyn Potential], x: &[f64]) -> Vec<f64> {
+    pub(super) fn forces(&mut self, potentials: &[&mut dyn Potential], x: &[f64]) -> Vec<f64> {
         let zero = vec![0.0; self.system.gradient.len()];
         let kept = std::mem::replace(&mut self.system.gradient, zero);
         potentials.iter().for_each(|p| {

@@ -1,4 +1,7 @@
-//! Step sizes: nominal where all goes well, halved after a failure, cut to land on output times. Error-controlled steps are not here.
+//! Step sizes: nominal where all goes well or after the iterations of the last step, halved after a failure, cut to land on output times.
+//! Error-controlled steps are not here.
+
+use super::arc_length::growth;
 
 /// Chooses step sizes between the start and the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +18,21 @@ pub struct StepControl {
     pub dt: f64,
     /// Steps since the last failure or growth; part of the state.
     pub successes: u32,
+    /// Failures since the last step that worked.
+    pub failures: u32,
+    /// Where steps follow the iterations of the last; none where they are the nominal ones but after failures.
+    pub adaptive: Option<Adaptive>,
+}
+
+/// How steps follow the iterations of the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Iterations that a step should take.
+    pub iterations: f64,
+    /// Shortest step after failures [s]; none: as `max_halvings` says.
+    pub shortest: Option<f64>,
+    /// Longest step [s].
+    pub longest: f64,
 }
 
 /// One step to try.
@@ -31,7 +49,7 @@ pub struct StepPlan {
 impl StepControl {
     /// Starts with the nominal step.
     pub fn new(nominal: f64, end: f64, interval: Option<f64>, max_halvings: u32) -> Self {
-        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0 }
+        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, failures: 0, adaptive: None }
     }
 
     /// The step from `time`, or none at the end.
@@ -51,10 +69,16 @@ impl StepControl {
         }
     }
 
-    /// After a step that worked: twice as long again once two have, up to the nominal.
-    pub fn succeed(&mut self) {
+    /// After a step of size `tried` that worked, in so many iterations: twice as long again once two have, up to the nominal; adaptive ones by
+    /// their iterations, where one that was cut to land says only in which direction.
+    pub fn succeed(&mut self, tried: f64, iterations: u64) {
         self.successes += 1;
-        if self.successes >= 2 && self.dt < self.nominal {
+        self.failures = 0;
+        if let Some(adaptive) = self.adaptive {
+            let wanted = (tried * growth(adaptive.iterations, iterations)).min(adaptive.longest);
+            let longer = iterations as f64 <= adaptive.iterations;
+            self.dt = if longer { self.dt.max(wanted) } else { self.dt.min(wanted).max(adaptive.shortest.unwrap_or(0.0)) };
+        } else if self.successes >= 2 && self.dt < self.nominal {
             self.dt = (2.0 * self.dt).min(self.nominal);
             self.successes = 0;
         }
@@ -64,7 +88,9 @@ impl StepControl {
     pub fn fail(&mut self, tried: f64) -> bool {
         self.dt = 0.5 * tried.min(self.dt);
         self.successes = 0;
-        self.dt >= self.nominal * 0.5f64.powi(self.max_halvings as i32) * (1.0 - 1e-9)
+        self.failures += 1;
+        let shortest = self.adaptive.and_then(|adaptive| adaptive.shortest);
+        self.dt >= shortest.unwrap_or(self.nominal * 0.5f64.powi(self.max_halvings as i32)) * (1.0 - 1e-9)
     }
 }
 
@@ -79,7 +105,7 @@ mod tests {
         while let Some(plan) = control.plan(time) {
             assert!(plan.dt > 1e-9 && plan.dt <= 0.03 * 1.00001);
             time = plan.time;
-            control.succeed();
+            control.succeed(plan.dt, 5);
             if plan.lands {
                 landed.push(time);
             }
@@ -97,8 +123,31 @@ mod tests {
         assert!(!control.fail(0.25));
         control.dt = 0.25;
         for _ in 0..4 {
-            control.succeed();
+            control.succeed(control.dt, 5);
         }
         assert_eq!(control.dt, 1.0);
+    }
+
+    #[test]
+    fn adaptive_steps_follow_the_iterations() {
+        let mut control = StepControl::new(0.1, 1.0, Some(0.35), 2);
+        control.adaptive = Some(Adaptive { iterations: 6.0, shortest: Some(0.02), longest: 0.3 });
+        control.succeed(0.1, 1);
+        assert_eq!(control.dt, 0.2);
+        control.succeed(0.2, 24);
+        assert_eq!(control.dt, 0.1);
+        control.succeed(0.1, 3);
+        assert!((control.dt - 0.1 * 2f64.sqrt()).abs() < 1e-15);
+        // Cut to land: neither a reason to go on in so small steps, nor to try larger ones than before.
+        let dt = control.dt;
+        control.succeed(0.01, 3);
+        assert_eq!(control.dt, dt);
+        control.succeed(0.01, 9);
+        assert!(control.dt < 0.01 || control.dt == 0.02, "{}", control.dt);
+        for _ in 0..9 {
+            control.succeed(control.dt, 2);
+        }
+        assert_eq!(control.dt, 0.3);
+        assert!(control.fail(0.04) && !control.fail(0.02));
     }
 }

@@ -107,7 +107,12 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         let disturbed = statics.perturbation.as_ref().map_or(String::new(), |p| format!(", disturbed by {} m", p.amplitude));
         let steps =
             statics.end.map_or_else(|| format!("{} load steps", statics.steps), |end| format!("{} steps to {end} s", statics.steps));
-        parts.push(("statics", format!("{steps}{stable}{disturbed}")));
+        let chosen = match (&statics.adaptive, &statics.arc_length) {
+            (Some(_), _) => ", adaptive",
+            (None, Some(_)) => ", along the path by arc length",
+            (None, None) => "",
+        };
+        parts.push(("statics", format!("{steps}{chosen}{stable}{disturbed}")));
     }
     if let Some(dynamics) = &scene.dynamics {
         parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));

@@ -52,6 +52,7 @@ pub fn run(job: &Job) -> Result<()> {
     let (mut files, mut director_files, mut units) = (Vec::new(), Vec::new(), BTreeMap::new());
     let mut prism_files: BTreeMap<&str, Vec<(f64, String)>> = BTreeMap::new();
     let mut whole = true;
+    let by_step = job.scene.statics.as_ref().is_some_and(|s| s.arc_length.is_some());
     for step in steps {
         let snapshot = match folder.read(step) {
             Ok(snapshot) => snapshot,
@@ -62,6 +63,8 @@ pub fn run(job: &Job) -> Result<()> {
             }
             Err(e) => return Err(e),
         };
+        // A load factor that goes back and forth would not keep the states in their order.
+        let time = if by_step { step as f64 } else { snapshot.time };
         let mut state = fields.of(&snapshot)?;
         for field in state.point_data.iter().chain(&state.cell_data) {
             units.insert(field.name.clone(), field.unit.clone());
@@ -73,7 +76,7 @@ pub fn run(job: &Job) -> Result<()> {
             let surface =
                 vtk::Surface { points: &points, faces: vtk::Faces::Linear(&[]), point_data: vec![directors], cell_data: Vec::new() };
             surface.write(&vtk_folder.join(&name))?;
-            director_files.push((snapshot.time, name));
+            director_files.push((time, name));
         }
         for (_, quantity, unit, _) in job.scene.diffusing().filter(|(.., said)| said.prisms) {
             let Some((points, wedges, values)) = fields.prisms(&state, quantity) else { continue };
@@ -82,12 +85,12 @@ pub fn run(job: &Job) -> Result<()> {
             let body = vtk::Surface { points: &points, faces: vtk::Faces::Wedges(&wedges), point_data: vec![field], cell_data: Vec::new() };
             body.write(&vtk_folder.join(&name))?;
             units.insert(quantity.to_owned(), unit.to_owned());
-            prism_files.entry(quantity).or_default().push((snapshot.time, name));
+            prism_files.entry(quantity).or_default().push((time, name));
         }
         let name = format!("step_{step:08}.{}", faces.extension());
         vtk::Surface { points: &state.points, faces, point_data: state.point_data, cell_data: state.cell_data }
             .write(&vtk_folder.join(&name))?;
-        files.push((snapshot.time, name));
+        files.push((time, name));
     }
     // A case may be looked at before its modes have been found.
     let mut mode_files = Vec::new();
@@ -99,7 +102,7 @@ pub fn run(job: &Job) -> Result<()> {
         units.insert("mode".into(), "1".into());
     }
     whole &= job.scene.modes.is_none() || !mode_files.is_empty();
-    // In statics time is the load factor.
+    // In statics time is the load factor, along a path the number of the step.
     if job.scene.flatten.is_some() {
         units.extend([(conformal::FACTOR.to_owned(), "1".to_owned()), (conformal::POSITION.to_owned(), "m".to_owned())]);
     }

@@ -17,6 +17,7 @@ mod rest;
 pub mod run;
 pub mod setup;
 pub mod status;
+mod stepping;
 mod supports;
 
 use crate::case::atomic;

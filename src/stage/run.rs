@@ -1,5 +1,6 @@
 //! `run`: simulates from the newest valid checkpoint on (`run/step_NNNNNNNN.h5`, `history.csv`).
 
+use super::stepping::Stepping;
 use super::{Job, build, mesh as mesh_stage, setup};
 use crate::case::{Folder, History, Newest, hash};
 use crate::error::{Error, Result};
@@ -7,7 +8,6 @@ use crate::mesh::Topology;
 use crate::model::{Model, StepFailure};
 use crate::scene::Scene;
 use crate::snapshot::Snapshot;
-use crate::solve::StepControl;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -58,7 +58,8 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let started = Instant::now();
     let topology = Topology::new(&mesh.faces);
     let mut model = build::model(&job.scene, &mesh, &topology, &setup)?;
-    let mut control = step_control(&job.scene);
+    let mut stepping = Stepping::new(&job.scene, &mesh)?;
+    let end = job.scene.end();
     let from = newest.as_ref().unwrap_or(&first);
     model.restore(from).map_err(|e| Error::Stale {
         path: folder.path(from.step),
@@ -66,12 +67,11 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         help: crate::case::Kind::Checkpoint.remedy().into(),
     })?;
     if newest.is_some() {
-        control.dt = from.dt;
-        control.successes = from.number("successes").unwrap_or(0.0) as u32;
+        stepping.take(from);
     }
     // Time spent on files is left out: the history tells what the mechanics cost.
     let built = started.elapsed().as_secs_f64();
-    let columns = columns(&*model);
+    let columns = columns(&job.scene, &*model);
     let path = history_path(job);
     let (mut history, worked) = match &newest {
         // A history of step 0 has no rows, and the one that is there may be of an earlier run that this one was to replace.
@@ -80,23 +80,23 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             (history, History::read(&path)?.last("wall_s").unwrap_or(0.0))
         }
         _ => {
-            folder.write(&checkpoint(&*model, &control), true)?;
+            folder.write(&checkpoint(&*model, &stepping), true)?;
             (History::create(&path, &columns)?, 0.0)
         }
     };
-    let bar = progress_bar(job.quiet, control.end);
+    let bar = progress_bar(job.quiet, end);
     let mut wall = worked + built;
     let first_step = model.step();
     let mut unstable = None;
     let (mut halvings, mut clock) = (0u32, Instant::now());
-    while let Some(plan) = control.plan(model.time()) {
+    while let Some(plan) = stepping.plan_for(&*model) {
         if signals.number() != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
             break;
         }
         let from = model.time();
-        match model.advance(plan.dt, plan.time) {
-            Ok(report) => {
-                control.succeed();
+        match stepping.advance(&mut *model, &plan) {
+            Ok((report, dt, keep)) => {
+                let time = model.time();
                 wall += clock.elapsed().as_secs_f64();
                 let counters = model.counters();
                 let solved = report.solved;
@@ -108,7 +108,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                     .filter(|_| solved.negative_pivots > 0)
                     .map(|_| self::unstable(solved.negative_pivots, lowest));
                 let energies = model.energies();
-                let mut row = vec![plan.time, plan.dt, f64::from(halvings)];
+                let mut row = vec![time, dt, f64::from(halvings)];
                 row.extend([counters.newton_iterations, counters.fallback_iterations, counters.factorizations].map(|n| n as f64));
                 row.extend([solved.negative_pivots as f64, solved.residual, solved.increment]);
                 row.extend(energies.iter().map(|(_, e)| *e));
@@ -116,24 +116,25 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 if let Some(stability) = solved.stability {
                     row.extend([counters.branch_switches as f64, stability.lowest, stability.before]);
                     if stability.switches > 0 {
-                        job.say(&switched(&job.moment(plan.time), stability.before, stability.lowest));
+                        job.say(&switched(&job.moment(time), stability.before, stability.lowest));
                     }
                 }
+                row.extend(stepping.row());
                 row.push(wall);
                 history.append(model.step(), &row)?;
                 history.sync()?;
-                folder.write(&checkpoint(&*model, &control), plan.lands || control.interval.is_none())?;
+                folder.write(&checkpoint(&*model, &stepping), keep)?;
                 let energy: f64 = energies.iter().map(|(_, e)| e).sum();
-                let moment = job.moment((1e9 * plan.time).round() / 1e9);
-                log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), plan.dt, solved.iterations);
-                bar.set_position(bar_position(model.time(), control.end));
-                bar.set_message(format!("{moment}  dt {:.1e}  {} it  {energy:.3e} J", plan.dt, solved.iterations));
+                let moment = job.moment((1e9 * time).round() / 1e9);
+                log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), dt, solved.iterations);
+                bar.set_position(bar_position(time, end));
+                bar.set_message(format!("{moment}  dt {:.1e}  {} it  {energy:.3e} J", dt, solved.iterations));
                 halvings = 0;
                 clock = Instant::now();
             }
-            Err(StepFailure::Equations(reason)) if control.fail(plan.dt) && from + control.dt > from => {
+            Err(StepFailure::Equations(reason)) if stepping.fail(&plan, from) => {
                 halvings += 1;
-                log::warn!("the step from {} by {:.3e} failed: {reason}; trying {:.3e}", job.moment(from), plan.dt, control.dt);
+                log::warn!("the step from {} {plan} failed: {reason}; trying {}", job.moment(from), stepping.next());
             }
             Err(failure) => {
                 bar.abandon();
@@ -149,7 +150,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             return Err(Error::Interrupted(number));
         }
     }
-    if let Some(unstable) = unstable.filter(|_| control.plan(model.time()).is_none()) {
+    if let Some(unstable) = unstable.filter(|_| stepping.plan_for(&*model).is_none()) {
         log::warn!("{unstable}");
     }
     let counters = model.counters();
@@ -162,11 +163,12 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
 }
 
 /// Columns of the history after `step`.
-pub fn columns(model: &dyn Model) -> Vec<&'static str> {
+pub fn columns(scene: &Scene, model: &dyn Model) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
     let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
     let quantities = model.quantities().into_iter().map(|(name, _)| name);
-    COLUMNS.into_iter().chain(energies).chain(quantities).chain(stability.iter().copied()).chain(["wall_s"]).collect()
+    let stepping = Stepping::columns(scene).iter().copied();
+    COLUMNS.into_iter().chain(energies).chain(quantities).chain(stability.iter().copied()).chain(stepping).chain(["wall_s"]).collect()
 }
 
 /// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
@@ -192,10 +194,15 @@ pub fn history_path(job: &Job) -> PathBuf {
     job.case.join("history.csv")
 }
 
-/// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end of motion and the output times may change; in statics the end says how long a step is.
+/// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end of motion and of a path
+/// and the output times may change; in statics the end says how long a step is.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))
+    let mut statics = s.statics.clone();
+    if let Some(path) = statics.as_mut().and_then(|table| table.arc_length.as_mut()) {
+        (path.most_steps, path.until) = (0, None);
+    }
+    let tables = serde_json::to_string(&(&statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))
         .map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
@@ -208,7 +215,7 @@ pub fn inputs(job: &Job) -> Result<String> {
 pub fn progress(job: &Job) -> Result<Newest> {
     let folder = Folder::new(&job.case, inputs(job)?);
     let newest = folder.newest_valid()?;
-    let end = step_control(&job.scene).end;
+    let end = job.scene.end();
     let Some(s) = &newest.snapshot else { return Ok(newest) };
     if s.time > end {
         return Err(Error::Stale {
@@ -226,8 +233,8 @@ pub fn progress(job: &Job) -> Result<Newest> {
 
 /// Whether the newest checkpoint is at the end of the run. Errors: those of [`progress`].
 pub fn is_done(job: &Job) -> Result<bool> {
-    let control = step_control(&job.scene);
-    Ok(progress(job)?.snapshot.is_some_and(|s| control.plan(s.time).is_none()))
+    let Some(snapshot) = progress(job)?.snapshot else { return Ok(false) };
+    Ok(Stepping::of_case(job)?.plan_after(&snapshot).is_none())
 }
 
 fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
@@ -241,21 +248,10 @@ fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     Ok(newest.snapshot)
 }
 
-/// Steps of the scene: of load factors or seconds.
-fn step_control(scene: &Scene) -> StepControl {
-    let nominal = match (&scene.statics, &scene.dynamics) {
-        (Some(statics), _) => scene.end() / statics.steps.max(1) as f64,
-        (None, Some(dynamics)) => dynamics.dt,
-        (None, None) => 1.0,
-    };
-    StepControl::new(nominal, scene.end(), scene.output.interval, scene.solver.max_halvings as u32)
-}
-
 /// The model's state and that of the step control.
-fn checkpoint(model: &dyn Model, control: &StepControl) -> Snapshot {
+fn checkpoint(model: &dyn Model, stepping: &Stepping) -> Snapshot {
     let mut snapshot = model.snapshot();
-    snapshot.dt = control.dt;
-    snapshot.numbers.push(("successes".into(), f64::from(control.successes)));
+    stepping.put(&mut snapshot);
     snapshot
 }
 

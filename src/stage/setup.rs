@@ -132,7 +132,7 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
             other => Error::input("setup", format!("{other:?}")),
         })?;
     }
-    super::report::check_measures(scene, mesh, &super::run::columns(&model))?;
+    super::report::check_measures(scene, mesh, &super::run::columns(scene, &model))?;
     setup.free_unknowns = model.free_unknowns();
     if let Some(table) = scene.statics.as_ref().and_then(|s| s.perturbation.as_ref()) {
         super::perturbation::apply(table, scene, mesh, &topology, &setup, &mut model)?;

@@ -20,6 +20,23 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         require(&key("time"), table.time.is_none_or(|time| time >= 0.0 && time.is_finite()), "must be >= 0 [s]")?;
         let within = table.time.is_none_or(|time| time <= end * (1.0 + 1e-9));
         require(&key("time"), within, format!("is after the end of the run at {end} (seconds, in statics the load factor)"))?;
+        let ambiguous = table.time.is_some() && has_path(scene);
+        require(&key("time"), !ambiguous, "may come more than once on a path by [statics.arc-length]; use `passage` or `limit-point`")?;
+        spot(&format!("report.expect.{i}"), table.limit_point, table.passage.as_ref(), scene)?;
+        let places = [table.time.is_some(), table.limit_point.is_some(), table.passage.is_some()];
+        let places = places.into_iter().filter(|given| *given).count();
+        require(&format!("report.expect.{i}"), places <= 1, "at most one of `time`, `limit-point` and `passage` may be given")?;
+    }
+    if let Some(path) = &report.path {
+        require("report.path.measures", !path.measures.is_empty(), "must not be empty")?;
+        for (i, entry) in path.measures.iter().enumerate() {
+            let key = format!("report.path.measures.{i}");
+            named(&format!("{key}.name"), &entry.name)?;
+            let new = path.measures[..i].iter().all(|other| other.name != entry.name);
+            let new = new && !["step", "t"].contains(&entry.name.as_str());
+            require(&format!("{key}.name"), new, "a column of this name comes before")?;
+            measure(&format!("{key}.measure"), &entry.measure)?;
+        }
     }
     if let Some(table) = &report.ladder {
         ladder(table, scene)?;
@@ -31,6 +48,24 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         sweep(&key, table, scene)?;
     }
     Ok(())
+}
+
+/// Whether the load factor is an unknown, and so may turn back.
+fn has_path(scene: &Scene) -> bool {
+    scene.statics.as_ref().is_some_and(|statics| statics.arc_length.is_some())
+}
+
+/// Places on a path.
+fn spot(key: &str, limit_point: Option<usize>, passage: Option<&Passage>, scene: &Scene) -> Check {
+    if let Some(number) = limit_point {
+        let key = format!("{key}.limit-point");
+        require(&key, has_path(scene), "needs [statics.arc-length]")?;
+        require(&key, number > 0, "must be 1 or more")?;
+    }
+    let Some(passage) = passage else { return Ok(()) };
+    measure(&format!("{key}.passage.measure"), &passage.measure)?;
+    finite(&format!("{key}.passage.value"), &[passage.value], "unit of the measure")?;
+    require(&format!("{key}.passage.number"), passage.number > 0, "must be 1 or more")
 }
 
 fn tolerance(key: &str, value: f64, unit: &str) -> Check {
@@ -70,12 +105,13 @@ fn measure(key: &str, measure: &Measure, scene: &Scene) -> Check {
         Measure::Frequency { mode } => modes::mode(&format!("{key}.frequency"), *mode, ModeKind::Vibration, scene),
         Measure::BucklingFactor { mode } => modes::mode(&format!("{key}.buckling-factor"), *mode, ModeKind::Buckling, scene),
         Measure::History { column } => named(&format!("{key}.history.column"), column),
-        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
+        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::LoadFactor | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
     }
 }
 
 fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
     measure("report.ladder.measure", &ladder.measure, scene)?;
+    spot("report.ladder", ladder.limit_point, None, scene)?;
     finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
     let key = "report.ladder.resolutions";
     require(key, !ladder.resolutions.is_empty(), "must not be empty")?;
@@ -162,6 +198,9 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
         let new = table.measures[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
         measure(&format!("{key}.measure"), &entry.measure, scene)?;
+        spot(&key, entry.limit_point, entry.passage.as_ref(), scene)?;
+        let one = entry.limit_point.is_none() || entry.passage.is_none();
+        require(&key, one, "at most one of `limit-point` and `passage` may be given")?;
         finite(&format!("{key}.least"), entry.least.as_slice(), "unit of the measure")?;
         finite(&format!("{key}.most"), entry.most.as_slice(), "unit of the measure")?;
         let ordered = entry.least.zip(entry.most).is_none_or(|(least, most)| least <= most);

@@ -1,5 +1,6 @@
 //! A case that has run, and what of it is judged: states, history, cost.
 
+use super::path::Spot;
 use super::super::{Job, all, mesh as mesh_stage, run as run_stage, setup};
 use crate::case::{Folder, History, history::Table};
 use crate::error::{Error, Result};
@@ -7,6 +8,23 @@ use crate::mesh::{Mesh, Quality};
 use crate::report::Cost;
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
+
+/// A moment of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum When {
+    /// Its end.
+    End,
+    /// The checkpoint nearest to a time [s].
+    Near(f64),
+    /// The checkpoint of a step.
+    Step(u64),
+}
+
+impl From<Option<f64>> for When {
+    fn from(time: Option<f64>) -> Self {
+        time.map_or(When::End, When::Near)
+    }
+}
 
 /// A case that has run.
 pub struct Case<'a> {
@@ -78,15 +96,42 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// The snapshot nearest to a time, or the last.
-    pub fn snapshot(&self, time: Option<f64>) -> Result<Snapshot> {
-        let Some(time) = time else {
-            let newest = self.folder.newest_valid()?.snapshot;
-            return newest.ok_or_else(|| Error::Stale {
-                path: self.job.case.join("run"),
-                message: "has no checkpoint".into(),
-                help: "make some: thinshell run SCENE".into(),
-            });
+    /// The value of a column of the history at a step that is told, else the last; 0 before the first step.
+    pub fn told(&self, column: &str, when: When) -> Result<f64> {
+        let When::Step(step) = when else { return self.last(column) };
+        self.last(column)?;
+        let row = step.checked_sub(1).and_then(|row| self.history.column(column)?.get(row as usize).copied());
+        Ok(row.unwrap_or(0.0))
+    }
+
+    /// Steps that have a checkpoint, the way along the path [m] there, or the time where there is none, and the load factor or time.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn steps(&self) -> Result<(Vec<u64>, Vec<f64>, Vec<f64>)> {
+        let steps = self.folder.list()?;
+        let of = |name: &str| -> Option<Vec<f64>> {
+            let column = self.history.column(name)?;
+            Some(steps.iter().map(|step| step.checked_sub(1).map_or(0.0, |row| column.get(row as usize).copied().unwrap_or(f64::NAN))).collect())
+        };
+        let times = of("time_s").unwrap_or_default();
+        let ways = of("arc_length_m").unwrap_or_else(|| times.clone());
+        Ok((steps, ways, times))
+    }
+
+    /// The snapshot of a moment.
+    pub fn snapshot(&self, when: When) -> Result<Snapshot> {
+        let time = match when {
+            When::End => {
+                let newest = self.folder.newest_valid()?.snapshot;
+                return newest.ok_or_else(|| Error::Stale {
+                    path: self.job.case.join("run"),
+                    message: "has no checkpoint".into(),
+                    help: "make some: thinshell run SCENE".into(),
+                });
+            }
+            When::Step(step) => return self.folder.read(step),
+            When::Near(time) => time,
         };
         // By the times of the history, so that no other checkpoint has to be whole, or is read.
         let times = self.history.column("time_s").unwrap_or_default();
@@ -96,9 +141,9 @@ impl<'a> Case<'a> {
         self.folder.read(nearest.ok_or_else(|| Error::input("report", "there is no checkpoint"))?)
     }
 
-    /// Positions of the nodes [m] at a time, or at the end.
-    pub fn positions(&self, time: Option<f64>) -> Result<Vec<Vector3<f64>>> {
-        let snapshot = self.snapshot(time)?;
+    /// Positions of the nodes [m].
+    pub fn positions(&self, when: When) -> Result<Vec<Vector3<f64>>> {
+        let snapshot = self.snapshot(when)?;
         let field = snapshot.field("position").filter(|f| f.data.len() == 3 * (self.mesh.vertices.len() + self.mesh.midpoints.len()));
         let field = field.ok_or_else(|| Error::input("checkpoint", "it has no positions of this mesh"))?;
         Ok(field.data.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect())
@@ -115,12 +160,12 @@ pub struct Trial {
     pub longest_edge: f64,
 }
 
-/// Runs a case and takes measures at their times, or at the end. Equations that cannot be solved are a result; other errors are errors.
-pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Option<f64>)]) -> Result<Trial> {
+/// Runs a case and takes measures at their places. Equations that cannot be solved are a result; other errors are errors.
+pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Spot)]) -> Result<Trial> {
     match all::until_run(job) {
         Ok(()) => {
             let case = Case::load(job)?;
-            let values = measures.iter().map(|(m, time)| Ok(Some(case.measure(m, *time)?).filter(|v| v.is_finite())));
+            let values = measures.iter().map(|(m, spot)| Ok(Some(case.measure_at(m, *spot)?).filter(|v| v.is_finite())));
             Ok(Trial {
                 values: Ok(values.collect::<Result<_>>()?),
                 cost: case.cost()?,

@@ -16,6 +16,12 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh, columns: &[&str]) -> Result<()
     let Some(report) = &scene.report else { return Ok(()) };
     for (i, expectation) in report.expectations.iter().enumerate() {
         check(&format!("report.expect.{i}.measure"), &expectation.measure, scene, mesh, columns)?;
+        if let Some(passage) = &expectation.passage {
+            check(&format!("report.expect.{i}.passage.measure"), &passage.measure, scene, mesh, columns)?;
+        }
+    }
+    for (i, entry) in report.path.iter().flat_map(|path| &path.measures).enumerate() {
+        check(&format!("report.path.measures.{i}.measure"), &entry.measure, scene, mesh, columns)?;
     }
     if let Some(ladder) = &report.ladder {
         check("report.ladder.measure", &ladder.measure, scene, mesh, columns)?;
@@ -23,6 +29,9 @@ pub fn check_measures(scene: &Scene, mesh: &Mesh, columns: &[&str]) -> Result<()
     for (i, sweep) in report.sweeps.iter().enumerate() {
         for (k, entry) in sweep.measures.iter().enumerate() {
             check(&format!("report.sweep.{i}.measures.{k}.measure"), &entry.measure, scene, mesh, columns)?;
+            if let Some(passage) = &entry.passage {
+                check(&format!("report.sweep.{i}.measures.{k}.passage.measure"), &passage.measure, scene, mesh, columns)?;
+            }
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use super::super::Job;
 use super::case::attempt;
+use super::path::Spot;
 use crate::error::{Error, Result};
 use crate::report::{LadderRow, ladder as table};
 use crate::scene::{
@@ -99,7 +100,10 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64, met: &[&E
     }
     refine(&mut scene, ladder, variant.mesh, resolution);
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
-    let measures: Vec<_> = std::iter::once((&ladder.measure, None)).chain(met.iter().map(|e| (&e.measure, e.time))).collect();
+    let measures: Vec<_> = {
+        let own = (&ladder.measure, Spot::new(None, ladder.limit_point, None));
+        std::iter::once(own).chain(met.iter().map(|e| (&e.measure, Spot::from(*e)))).collect()
+    };
     let trial = attempt(&Job { scene, case: folder.path().to_path_buf(), quiet: true, ..job.clone() }, &measures)?;
     let values = trial.values.as_ref().map_or(&[][..], |values| &values[1..]);
     let missed = met.iter().enumerate().filter_map(|(i, e)| {

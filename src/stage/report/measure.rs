@@ -3,7 +3,7 @@
 use super::super::build::{self, place_values};
 use super::super::fields::{Fields, State};
 use super::super::{mesh as mesh_stage, modes, setup};
-use super::case::Case;
+use super::case::{Case, When};
 use super::reactions;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology, conformal};
@@ -13,24 +13,24 @@ use crate::snapshot::{Association, Field};
 use nalgebra::Vector3;
 
 impl Case<'_> {
-    /// A measure at a time, or at the end, in the measure's unit; not finite where it has no value.
+    /// A measure in its unit; not finite where it has no value.
     ///
     /// # Errors
     /// Places, regions, fields and columns that are not there, which [`super::check_measures`] finds before a run.
-    pub fn measure(&self, measure: &Measure, time: Option<f64>) -> Result<f64> {
+    pub fn measure(&self, measure: &Measure, when: When) -> Result<f64> {
         let (scene, mesh) = (&self.job.scene, &self.mesh);
         match measure {
             Measure::Displacement { at, axis, region } => {
                 let (vertex, axis) = (vertex_at(mesh, "report", at, region.as_deref())?, build::axis_index(*axis));
-                Ok(self.positions(time)?[vertex][axis] - mesh.vertices[vertex][axis])
+                Ok(self.positions(when)?[vertex][axis] - mesh.vertices[vertex][axis])
             }
             Measure::Reaction { region, axis } => {
-                let forces = reactions::forces(mesh, &self.snapshot(time)?, "report", region)?;
+                let forces = reactions::forces(mesh, &self.snapshot(when)?, "report", region)?;
                 Ok(forces.iter().map(|(_, f)| f[build::axis_index(*axis)]).sum())
             }
             Measure::ReactionMoment { region, axis, about } => {
-                let snapshot = self.snapshot(time)?;
-                let moment = reactions::moment(mesh, &snapshot, &self.positions(time)?, region, &Vector3::from(*about))?;
+                let snapshot = self.snapshot(when)?;
+                let moment = reactions::moment(mesh, &snapshot, &self.positions(when)?, region, &Vector3::from(*about))?;
                 Ok(moment[build::axis_index(*axis)])
             }
             Measure::Frequency { mode } | Measure::BucklingFactor { mode } => {
@@ -39,47 +39,48 @@ impl Case<'_> {
             }
             Measure::DistanceBetween { a, b } => {
                 let (a, b) = (vertex_at(mesh, "report", a, None)?, vertex_at(mesh, "report", b, None)?);
-                let positions = self.positions(time)?;
+                let positions = self.positions(when)?;
                 Ok((positions[b] - positions[a]).norm())
             }
-            Measure::CylinderDistance { radius } => Ok(cylinder_distance(&mesh.nodes(), &self.positions(time)?, *radius)),
+            Measure::CylinderDistance { radius } => Ok(cylinder_distance(&mesh.nodes(), &self.positions(when)?, *radius)),
             Measure::SurfaceDistance { position, kind, mirror, over } => {
                 let exact = Image::new("report: surface-distance.position", position, mesh, *kind)?;
-                Ok(exact.distance(mesh, &self.positions(time)?, *mirror) / over.unwrap_or(1.0))
+                Ok(exact.distance(mesh, &self.positions(when)?, *mirror) / over.unwrap_or(1.0))
             }
             Measure::OriginalDistance { kind, mirror, over } => {
                 let original = Image::original("report: original-distance", mesh, *kind)?;
-                Ok(original.distance(mesh, &self.positions(time)?, *mirror) / over.unwrap_or(1.0))
+                Ok(original.distance(mesh, &self.positions(when)?, *mirror) / over.unwrap_or(1.0))
             }
-            Measure::CurvatureSquare { of, weighting } => Ok(curvature_square(mesh, &self.positions(time)?, *of, *weighting)),
-            Measure::Waves { region } => Ok(self.waves(region, time)?.map_or(f64::NAN, |w| w.number as f64)),
-            Measure::WaveAmplitude { region } => Ok(self.waves(region, time)?.map_or(f64::NAN, |w| w.amplitude)),
+            Measure::CurvatureSquare { of, weighting } => Ok(curvature_square(mesh, &self.positions(when)?, *of, *weighting)),
+            Measure::Waves { region } => Ok(self.waves(region, when)?.map_or(f64::NAN, |w| w.number as f64)),
+            Measure::WaveAmplitude { region } => Ok(self.waves(region, when)?.map_or(f64::NAN, |w| w.amplitude)),
             Measure::Energy { part, over } => {
-                let snapshot = self.snapshot(time)?;
+                let snapshot = self.snapshot(when)?;
                 let topology = Topology::new(&mesh.faces);
                 let energies = Fields::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, &snapshot)?;
                 Ok(take(energies, *part) / energy_scale("report: energy.over", over.as_ref(), scene)?)
             }
             Measure::EnergyRatio { part } => {
-                let snapshot = self.snapshot(time)?;
+                let snapshot = self.snapshot(when)?;
                 let topology = Topology::new(&mesh.faces);
                 let mut fields = Fields::new(scene, mesh, &topology, &self.setup)?;
                 let initial = fields.energies(&self.start, &snapshot)?;
                 Ok(take(fields.energies(&snapshot, &snapshot)?, *part) / take(initial, *part))
             }
             Measure::Field { name, component, statistic, minus, region } => {
-                self.statistic(name, *component, *statistic, minus.as_ref(), region.as_deref(), time)
+                self.statistic(name, *component, *statistic, minus.as_ref(), region.as_deref(), when)
             }
-            Measure::History { column } => self.last(column),
-            Measure::NewtonIterations => Ok(self.last("newton_iterations")? + self.last("fallback_iterations")?),
-            Measure::Factorizations => self.last("factorizations"),
+            Measure::LoadFactor => Ok(self.snapshot(when)?.time),
+            Measure::History { column } => self.told(column, when),
+            Measure::NewtonIterations => Ok(self.told("newton_iterations", when)? + self.told("fallback_iterations", when)?),
+            Measure::Factorizations => self.told("factorizations", when),
         }
     }
 
-    fn waves(&self, region: &str, time: Option<f64>) -> Result<Option<Waves>> {
+    fn waves(&self, region: &str, when: When) -> Result<Option<Waves>> {
         let rim = rim(&self.mesh, "report", region)?;
         let along = |nodes: &[Vector3<f64>]| -> Vec<Vector3<f64>> { rim.iter().map(|v| nodes[*v]).collect() };
-        Ok(waves(&along(&self.mesh.nodes()), &along(&self.positions(time)?)))
+        Ok(waves(&along(&self.mesh.nodes()), &along(&self.positions(when)?)))
     }
 
     fn statistic(
@@ -89,10 +90,10 @@ impl Case<'_> {
         statistic: Statistic,
         minus: Option<&Expr>,
         region: Option<&str>,
-        time: Option<f64>,
+        when: When,
     ) -> Result<f64> {
         let topology = Topology::new(&self.mesh.faces);
-        let snapshot = self.snapshot(time)?;
+        let snapshot = self.snapshot(when)?;
         let state = Fields::new(&self.job.scene, &self.mesh, &topology, &self.setup)?.of(&snapshot)?;
         // Scenes name fields with hyphens, as all their keywords; files with underscores.
         let name = name.replace('-', "_");

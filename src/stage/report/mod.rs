@@ -5,6 +5,7 @@ mod case;
 mod check;
 mod ladder;
 mod measure;
+mod path;
 mod reactions;
 mod sweep;
 
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 pub use check::check_measures;
 pub use ladder::ladder;
+pub use measure::vertex_at;
 pub use sweep::{check_sweeps, sweep};
 
 /// Reports on each of `targets`, a case's folder or a scene file (with `overrides`); `json` is written too, if given.
@@ -43,10 +45,14 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     let case = Case::load(job)?;
     let mut results = Vec::new();
     for e in job.scene.report.iter().flat_map(|r| &r.expectations) {
-        let value = case.measure(&e.measure, e.time)?;
+        let value = case.measure_at(&e.measure, e.into())?;
         results.push(ExpectationResult::new(&e.name, value, e.reference, e.tolerance, &e.source));
     }
-    let outcome = Outcome { inputs: inputs(job)?, ..Outcome::new(job.name(), results, case.cost()?) };
+    let path = job.scene.report.as_ref().and_then(|report| report.path.as_ref()).map(|path| case.along(path)).transpose()?;
+    if let Some(path) = &path {
+        path::write(job, path)?;
+    }
+    let outcome = Outcome { inputs: inputs(job)?, path, ..Outcome::new(job.name(), results, case.cost()?) };
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
     let modes = modes::load(job)?.map_or(Vec::new(), |found| found.lines());
@@ -89,7 +95,7 @@ pub fn current(job: &Job) -> Result<Option<bool>> {
 
 /// Hash of what a report is made from: what the scene expects, the checkpoints and the history.
 fn inputs(job: &Job) -> Result<String> {
-    let expected = job.scene.report.as_ref().map(|report| &report.expectations);
+    let expected = job.scene.report.as_ref().map(|report| (&report.expectations, &report.path));
     let expected = serde_json::to_string(&expected).map_err(|e| Error::input("report", e.to_string()))?;
     let run = run_stage::inputs(job)?;
     let history = hash::file(&run_stage::history_path(job))?;

@@ -2,6 +2,7 @@
 
 use super::super::{Job, mesh as mesh_stage, setup};
 use super::case::attempt;
+use super::path::Spot;
 use crate::error::{Error, Result};
 use crate::report::{Sweep, SweepFit, SweepRow, sweep as table};
 use crate::scene::{self, Logarithmic, SweepMeasure, SweepValue};
@@ -116,7 +117,7 @@ fn plan(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
 fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
     let step = Job { scene: run.scene, source: run.source, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
-    let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, None)).collect();
+    let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, Spot::new(None, m.limit_point, m.passage.as_ref()))).collect();
     let trial = attempt(&step, &measures)?;
     let cost = trial.cost;
     let (measured, failure) = match trial.values {
