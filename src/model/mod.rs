@@ -2,8 +2,10 @@
 //!
 //! A model exchanges [`crate::snapshot::Snapshot`]s with the rest of the program and knows neither files nor scenes.
 
+mod motion;
 mod rest_driver;
 mod shell_model;
+mod time_integration;
 mod transport;
 
 use crate::snapshot::Snapshot;
@@ -11,6 +13,7 @@ use crate::solve::Counters;
 
 pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
+pub use time_integration::{Integrator, LARGEST_RATIO, Stage, TimeIntegration};
 pub use transport::{FollowingMass, Profile, Transport};
 
 /// What runs need of a model: a state that steps advance and that snapshots keep.
@@ -35,6 +38,11 @@ pub trait Model {
 
     /// Whether steps leave unstable equilibria.
     fn leaves_unstable(&self) -> bool {
+        false
+    }
+
+    /// Whether steps are chosen by their errors, which reports of steps then tell.
+    fn chooses_steps(&self) -> bool {
         false
     }
 

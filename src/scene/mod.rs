@@ -44,7 +44,7 @@ pub use rest::{
 };
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
-pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
+pub use solve::{Adaptive, Dynamics, Integrator, Method, Output, Perturbation, Relaxation, Solver, Statics};
 pub use source::Source;
 pub use suspicion::suspicions;
 pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};

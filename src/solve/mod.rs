@@ -1,15 +1,17 @@
 //! Nonlinear solution of one step, and the choice of steps.
 //!
 //! `newton` finds equilibria of a sum of potentials, `descent` where it does not contract, and `stability` leaves those that are no minimum;
-//! `round_off` tells what neither can do better; `steps` chooses step sizes, halves after a failure and lands on output times. Neither knows what
+//! `dynamic_relaxation` finds equilibria without factorisations; `round_off` tells what neither can do better; `steps` chooses step sizes, halves after a failure and lands on output times. Neither knows what
 //! the unknowns mean, save how many of them are lengths.
 
 mod descent;
+mod dynamic_relaxation;
 mod newton;
 mod round_off;
 mod stability;
 mod steps;
 
+pub use dynamic_relaxation::Relaxation;
 pub use newton::{Counters, Failure, Newton, Settings, Solved};
 pub use stability::{Stability, Stabilizer};
-pub use steps::{StepControl, StepPlan};
+pub use steps::{ErrorControl, StepControl, StepPlan};

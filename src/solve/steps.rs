@@ -1,4 +1,32 @@
-//! Step sizes: nominal where all goes well, halved after a failure, cut to land on output times. Error-controlled steps are not here.
+//! Step sizes: nominal where all goes well or, with [`ErrorControl`], as large as an estimated error allows; halved after a failure, cut to land
+//! on output times. Errors are estimated elsewhere.
+
+/// Chooses steps by their errors: a PI controller (Gustafsson, ACM Trans. Math. Softw. 17, 1991) with the usual bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorControl {
+    /// Power of the step with which the error of one step goes: the order of the method and 1.
+    pub power: f64,
+    /// Largest step [s], if it is bounded.
+    pub largest: f64,
+    /// Error over the allowed one of the last accepted step that was not cut, 1 at the start; part of the state.
+    pub error: f64,
+}
+
+impl ErrorControl {
+    /// Share of the step that would just be accurate enough.
+    const SAFETY: f64 = 0.9;
+
+    /// Factor on the step after one that was accepted with this error over the allowed one.
+    fn after(&self, error: f64) -> f64 {
+        let (now, before) = (error.max(1e-10), self.error.max(1e-10));
+        (Self::SAFETY * now.powf(-0.7 / self.power) * before.powf(0.4 / self.power)).clamp(0.2, 2.0)
+    }
+
+    /// Factor on the step after one that was rejected.
+    fn before(&self, error: f64) -> f64 {
+        (Self::SAFETY * error.powf(-1.0 / self.power)).clamp(0.1, 0.9)
+    }
+}
 
 /// Chooses step sizes between the start and the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +43,10 @@ pub struct StepControl {
     pub dt: f64,
     /// Steps since the last failure or growth; part of the state.
     pub successes: u32,
+    /// Whether the rest of less than two steps to an output time is taken in two equal ones, as methods that remember the steps before want it.
+    pub is_even: bool,
+    /// Choice by errors, if they choose.
+    pub by_error: Option<ErrorControl>,
 }
 
 /// One step to try.
@@ -31,7 +63,7 @@ pub struct StepPlan {
 impl StepControl {
     /// Starts with the nominal step.
     pub fn new(nominal: f64, end: f64, interval: Option<f64>, max_halvings: u32) -> Self {
-        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0 }
+        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, is_even: false, by_error: None }
     }
 
     /// The step from `time`, or none at the end.
@@ -46,13 +78,27 @@ impl StepControl {
         // A rest smaller than a millionth of a step would be a step of its own only by round-off.
         if time + self.dt * (1.0 + 1e-6) >= next {
             Some(StepPlan { dt: next - time, time: next, lands: true })
+        } else if self.is_even && time + 2.0 * self.dt * (1.0 - 1e-6) > next {
+            let dt = 0.5 * (next - time);
+            Some(StepPlan { dt, time: time + dt, lands: false })
         } else {
             Some(StepPlan { dt: self.dt, time: time + self.dt, lands: false })
         }
     }
 
-    /// After a step that worked: twice as long again once two have, up to the nominal.
-    pub fn succeed(&mut self) {
+    /// After a step of size `tried` that worked: as its error over the allowed one allows or, without that, twice as long again once two have,
+    /// up to the nominal.
+    pub fn succeed(&mut self, tried: f64, error: Option<f64>) {
+        if let (Some(control), Some(error)) = (&mut self.by_error, error) {
+            let next = control.after(error) * tried;
+            // A step that was cut says little of how long the next may be.
+            if tried > 0.99 * self.dt {
+                (self.dt, control.error) = (next.min(control.largest), error);
+            } else {
+                self.dt = self.dt.max(next).min(control.largest);
+            }
+            return;
+        }
         self.successes += 1;
         if self.successes >= 2 && self.dt < self.nominal {
             self.dt = (2.0 * self.dt).min(self.nominal);
@@ -64,6 +110,18 @@ impl StepControl {
     pub fn fail(&mut self, tried: f64) -> bool {
         self.dt = 0.5 * tried.min(self.dt);
         self.successes = 0;
+        self.is_large_enough()
+    }
+
+    /// After a step of size `tried` that had `error` times the error that is allowed: a smaller one. False when that is smaller than the
+    /// nominal halved `max_halvings` times.
+    pub fn reject(&mut self, tried: f64, error: f64) -> bool {
+        let factor = self.by_error.map_or(0.5, |control| control.before(error));
+        self.dt = factor * tried;
+        self.is_large_enough()
+    }
+
+    fn is_large_enough(&self) -> bool {
         self.dt >= self.nominal * 0.5f64.powi(self.max_halvings as i32) * (1.0 - 1e-9)
     }
 }
@@ -79,7 +137,7 @@ mod tests {
         while let Some(plan) = control.plan(time) {
             assert!(plan.dt > 1e-9 && plan.dt <= 0.03 * 1.00001);
             time = plan.time;
-            control.succeed();
+            control.succeed(control.dt, None);
             if plan.lands {
                 landed.push(time);
             }
@@ -97,8 +155,52 @@ mod tests {
         assert!(!control.fail(0.25));
         control.dt = 0.25;
         for _ in 0..4 {
-            control.succeed();
+            control.succeed(control.dt, None);
         }
         assert_eq!(control.dt, 1.0);
+    }
+
+    #[test]
+    fn the_rest_before_an_output_time_is_halved_where_steps_are_to_be_even() {
+        let mut control = StepControl { is_even: true, ..StepControl::new(0.3, 1.0, None, 5) };
+        let (mut time, mut steps) = (0.0, Vec::new());
+        while let Some(plan) = control.plan(time) {
+            time = plan.time;
+            steps.push(plan.dt);
+            control.succeed(plan.dt, None);
+        }
+        assert_eq!(steps.len(), 4);
+        assert!((steps[2] - 0.2).abs() < 1e-12 && (steps[3] - 0.2).abs() < 1e-12 && time == 1.0, "{steps:?}");
+    }
+
+    /// With an error `(dt / d)^3` steps settle at 0.9^(power / 0.3) of the allowed error, whatever the first is.
+    #[test]
+    fn errors_choose_steps() {
+        for start in [1.0, 1e-3] {
+            let by_error = Some(ErrorControl { power: 3.0, largest: f64::INFINITY, error: 1.0 });
+            let mut control = StepControl { by_error, ..StepControl::new(start, 1e9, None, 40) };
+            let error = |dt: f64| (dt / 0.02).powi(3);
+            let mut rejected = 0;
+            for _ in 0..60 {
+                let e = error(control.dt);
+                if e <= 1.0 {
+                    control.succeed(control.dt, Some(e));
+                } else {
+                    rejected += 1;
+                    assert!(control.reject(control.dt, e));
+                }
+            }
+            let settled = 0.9f64.powf(1.0 / 0.3);
+            assert!((control.dt / 0.02 / settled - 1.0).abs() < 1e-6, "{} {settled}", control.dt / 0.02);
+            assert!(rejected <= if start > 0.02 { 4 } else { 0 }, "{rejected}");
+        }
+        let by_error = Some(ErrorControl { power: 2.0, largest: 0.5, error: 1.0 });
+        let mut control = StepControl { by_error, ..StepControl::new(0.1, 1e9, None, 3) };
+        (0..20).for_each(|_| control.succeed(control.dt, Some(1e-30)));
+        assert_eq!(control.dt, 0.5);
+        // A cut step leaves the step as it was.
+        control.succeed(0.01, Some(0.5));
+        assert_eq!(control.dt, 0.5);
+        assert!(control.reject(0.5, 1e9) && !control.reject(0.05, 1e9));
     }
 }

@@ -5,9 +5,9 @@ use crate::case::{Folder, History, Newest, hash};
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
 use crate::model::{Model, StepFailure};
-use crate::scene::Scene;
+use crate::scene::{Adaptive, Integrator, Scene};
 use crate::snapshot::Snapshot;
-use crate::solve::StepControl;
+use crate::solve::{ErrorControl, StepControl};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -42,6 +42,10 @@ const COLUMNS: [&str; 9] = [
 /// equilibrium kept, and of the first one found in the step.
 const STABILITY: [&str; 3] = ["branch_switches", "lowest_eigenvalue", "lowest_eigenvalue_before"];
 
+/// Columns after those where steps are chosen by their errors: steps rejected since the last accepted one, and the estimated error of the
+/// step, relative to the mesh diameter.
+const ERRORS: [&str; 2] = ["rejections", "local_error"];
+
 /// The stage.
 ///
 /// # Errors
@@ -68,6 +72,9 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     if newest.is_some() {
         control.dt = from.dt;
         control.successes = from.number("successes").unwrap_or(0.0) as u32;
+        if let (Some(by_error), Some(error)) = (&mut control.by_error, from.number("local_error")) {
+            by_error.error = error;
+        }
     }
     // Time spent on files is left out: the history tells what the mechanics cost.
     let built = started.elapsed().as_secs_f64();
@@ -88,7 +95,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let mut wall = worked + built;
     let first_step = model.step();
     let mut unstable = None;
-    let (mut halvings, mut clock) = (0u32, Instant::now());
+    let (mut halvings, mut rejections, mut clock) = (0u32, 0u32, Instant::now());
     while let Some(plan) = control.plan(model.time()) {
         if signals.number() != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
             break;
@@ -96,7 +103,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
         let from = model.time();
         match model.advance(plan.dt, plan.time) {
             Ok(report) => {
-                control.succeed();
+                control.succeed(plan.dt, report.error);
                 wall += clock.elapsed().as_secs_f64();
                 let counters = model.counters();
                 let solved = report.solved;
@@ -119,6 +126,9 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                         job.say(&switched(&job.moment(plan.time), stability.before, stability.lowest));
                     }
                 }
+                if let Some((error, adaptive)) = report.error.zip(adaptive(&job.scene)) {
+                    row.extend([f64::from(rejections), error * adaptive.tolerance]);
+                }
                 row.push(wall);
                 history.append(model.step(), &row)?;
                 history.sync()?;
@@ -128,12 +138,16 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), plan.dt, solved.iterations);
                 bar.set_position(bar_position(model.time(), control.end));
                 bar.set_message(format!("{moment}  dt {:.1e}  {} it  {energy:.3e} J", plan.dt, solved.iterations));
-                halvings = 0;
+                (halvings, rejections) = (0, 0);
                 clock = Instant::now();
             }
             Err(StepFailure::Equations(reason)) if control.fail(plan.dt) && from + control.dt > from => {
                 halvings += 1;
                 log::warn!("the step from {} by {:.3e} failed: {reason}; trying {:.3e}", job.moment(from), plan.dt, control.dt);
+            }
+            Err(StepFailure::Inaccurate(error)) if control.reject(plan.dt, error) && from + control.dt > from => {
+                rejections += 1;
+                log::debug!("the step from {} by {:.3e} has {error:.1e} of the error allowed", job.moment(from), plan.dt);
             }
             Err(failure) => {
                 bar.abandon();
@@ -154,8 +168,12 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     }
     let counters = model.counters();
     job.say(&place("at", job, &*model, &folder));
+    let relaxed = match counters.relaxation_iterations {
+        0 => String::new(),
+        n => format!("{n} iterations of dynamic relaxation, "),
+    };
     job.say(&format!(
-        "{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s",
+        "{relaxed}{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s",
         counters.newton_iterations, counters.fallback_iterations, counters.factorizations
     ));
     Ok(())
@@ -166,7 +184,9 @@ pub fn columns(model: &dyn Model) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
     let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
     let quantities = model.quantities().into_iter().map(|(name, _)| name);
-    COLUMNS.into_iter().chain(energies).chain(quantities).chain(stability.iter().copied()).chain(["wall_s"]).collect()
+    let errors = if model.chooses_steps() { &ERRORS[..] } else { &[] };
+    let after = stability.iter().chain(errors).copied();
+    COLUMNS.into_iter().chain(energies).chain(quantities).chain(after).chain(["wall_s"]).collect()
 }
 
 /// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
@@ -195,8 +215,13 @@ pub fn history_path(job: &Job) -> PathBuf {
 /// Hash of what checkpoints are made from: the setup and the tables that say how to step. The end of motion and the output times may change; in statics the end says how long a step is.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let tables = serde_json::to_string(&(&s.statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))
-        .map_err(|e| Error::input("scene", e.to_string()))?;
+    let tables = serde_json::to_string(&(
+        &s.statics,
+        s.dynamics.as_ref().map(|d| (d.dt, d.integrator, d.spectral_radius, &d.adaptive)),
+        &s.solver,
+        s.output.lowest_mode,
+    ))
+    .map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
 
@@ -248,7 +273,22 @@ fn step_control(scene: &Scene) -> StepControl {
         (None, Some(dynamics)) => dynamics.dt,
         (None, None) => 1.0,
     };
-    StepControl::new(nominal, scene.end(), scene.output.interval, scene.solver.max_halvings as u32)
+    let mut control = StepControl::new(nominal, scene.end(), scene.output.interval, scene.solver.max_halvings as u32);
+    if let Some(dynamics) = &scene.dynamics {
+        let first_order = dynamics.integrator == Integrator::ImplicitEuler;
+        control.is_even = !first_order || dynamics.adaptive.is_some();
+        control.by_error = dynamics.adaptive.as_ref().map(|table| ErrorControl {
+            power: if first_order { 2.0 } else { 3.0 },
+            largest: table.largest_dt.unwrap_or(f64::INFINITY),
+            error: 1.0,
+        });
+    }
+    control
+}
+
+/// The table that chooses steps by their errors.
+fn adaptive(scene: &Scene) -> Option<&Adaptive> {
+    scene.dynamics.as_ref()?.adaptive.as_ref()
 }
 
 /// The model's state and that of the step control.
@@ -256,6 +296,7 @@ fn checkpoint(model: &dyn Model, control: &StepControl) -> Snapshot {
     let mut snapshot = model.snapshot();
     snapshot.dt = control.dt;
     snapshot.numbers.push(("successes".into(), f64::from(control.successes)));
+    snapshot.numbers.extend(control.by_error.map(|by_error| ("local_error".into(), by_error.error)));
     snapshot
 }
 
@@ -322,6 +363,10 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
         StepFailure::Equations(reason) => Error::Numerical {
             message: format!("the step from {from} failed at its smallest size: {reason}"),
             help: Some(format!("more load steps or a smaller dt, viscosity, or a look at the last state may help; {kept}")),
+        },
+        StepFailure::Inaccurate(error) => Error::Numerical {
+            message: format!("the step from {from} has {error:.2e} times the error allowed at its smallest size"),
+            help: Some(format!("a smaller dynamics.dt to start with, or a larger dynamics.adaptive.tolerance, may help; {kept}")),
         },
         StepFailure::Mechanism(unknown) => Error::Numerical {
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),
