@@ -11,7 +11,7 @@
 //! | [`case`] | a case's files: HDF5 (atomic, sealed by a checksum), history, VTK, hashes of inputs |
 //! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
 //! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
-//! | [`solve`] | Newton's method, descent, the way off unstable equilibria, paths by arc length, modes of vibration and buckling, step sizes |
+//! | [`solve`] | Newton's method, descent, dynamic relaxation, the way off unstable equilibria, paths by arc length, modes of vibration and buckling, step sizes |
 //! | [`shell`] | elements, hinges, rest forms, materials, the Koiter energy, mass |
 //! | [`load`] | forces on nodes |
 //! | [`moisture`] | diffusion of moisture and heat in layers of prisms over the faces |
@@ -49,8 +49,7 @@
 //!
 //! # Known gaps
 //!
-//! Contact, incompressible rubber, branches of paths and
-//! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
+//! Contact, incompressible rubber and branches of paths are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane, and modes of buckling do not
 //! see it. Supports hold coordinates along the axes; a slanted plane of symmetry needs a mesh that is turned. The air of [`load::Wind`] is not moved by the shell.
 //!

@@ -120,7 +120,7 @@ impl ShellModel {
                 self.update_reactions();
                 self.step += 1;
                 self.time = found.t;
-                Ok((StepReport { solved: found.solved }, Some(found)))
+                Ok((StepReport { solved: found.solved, error: None }, Some(found)))
             }
             Ok(_) => {
                 // Descent would leave the path.

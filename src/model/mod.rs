@@ -4,9 +4,11 @@
 
 mod along;
 mod modes;
+mod motion;
 mod reactions;
 mod rest_driver;
 mod shell_model;
+mod time_integration;
 mod transport;
 
 use crate::snapshot::Snapshot;
@@ -14,6 +16,7 @@ use crate::solve::{Advance, Counters, Reach};
 
 pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
+pub use time_integration::{Integrator, LARGEST_RATIO, Stage, TimeIntegration};
 pub use transport::{FollowingMass, Profile, Transport};
 
 /// What runs need of a model: a state that steps advance and that snapshots keep.
@@ -55,6 +58,11 @@ pub trait Model {
 
     /// Whether steps leave unstable equilibria.
     fn leaves_unstable(&self) -> bool {
+        false
+    }
+
+    /// Whether steps are chosen by their errors, which reports of steps then tell.
+    fn chooses_steps(&self) -> bool {
         false
     }
 

@@ -3,13 +3,14 @@
 use super::Model;
 use super::reactions::Reactions;
 use super::rest_driver::RestDriver;
+use super::time_integration::{Integrator, TimeIntegration};
 use super::transport::{FollowingMass, Transport};
 use crate::error::{Error, Result};
 use crate::load::Load;
 use crate::shell::rest::Forms;
 use crate::shell::{Inertial, Shell};
 use crate::snapshot::{Association, Field, Snapshot};
-use crate::solve::{Advance, Reach, Counters, Failure, Newton, Settings, Solved};
+use crate::solve::{Advance, Counters, Failure, Newton, Reach, Relaxation, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
 
@@ -67,7 +68,13 @@ pub struct ShellModel {
     pub(super) parts: Parts,
     pub(super) newton: Newton,
     pub(super) x: Vec<f64>,
-    v: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    /// Absent in statics.
+    pub(super) integration: Option<TimeIntegration>,
+    /// Largest error [m] that a step may add, where steps are chosen by it.
+    pub(super) error_tolerance: Option<f64>,
+    /// Where dynamic relaxation takes the place of Newton's method.
+    relaxation: Option<Relaxation>,
     pub(super) step: u64,
     pub(super) time: f64,
     pub(super) rest_is_set: bool,
@@ -84,6 +91,8 @@ pub struct ShellModel {
 pub struct StepReport {
     /// Iterations, last movement, residual, negative pivots.
     pub solved: Solved,
+    /// Estimated error that the step has added to positions over the largest that is allowed [1], where steps are chosen by it.
+    pub error: Option<f64>,
 }
 
 /// Why a step failed. The model is as it was before.
@@ -91,6 +100,8 @@ pub struct StepReport {
 pub enum StepFailure {
     /// The equations were not solved; a smaller step may be.
     Equations(String),
+    /// The estimated error is this many times what is allowed; a smaller step has less.
+    Inaccurate(f64),
     /// The matrix was singular from the start of a static run: the structure is a mechanism. Holds the unknown's description.
     Mechanism(String),
     /// What the scene prescribes is impossible at this time; no smaller step helps.
@@ -143,8 +154,14 @@ impl Model for ShellModel {
         ShellModel::energies(self)
     }
 
+    fn chooses_steps(&self) -> bool {
+        self.error_tolerance.is_some()
+    }
+
     fn quantities(&self) -> Vec<(&'static str, f64)> {
-        self.parts.transports.iter().flat_map(|transport| Transport::columns(transport.table).into_iter().zip(transport.row())).collect()
+        let diffusing = self.parts.transports.iter().flat_map(|t| Transport::columns(t.table).into_iter().zip(t.row()));
+        let relaxed = self.relaxation.map(|_| ("relaxation_iterations", self.counters().relaxation_iterations as f64));
+        diffusing.chain(relaxed).collect()
     }
 
     fn check_prescribed(&self, time: f64) -> Result<(), StepFailure> {
@@ -175,8 +192,23 @@ impl ShellModel {
         parts.shell.set_rest(&parts.initial_forms);
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
         let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
-        let mut model =
-            ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, heading: None, keeps_mode: false, reactions: None };
+        let integration = parts.inertia.is_some().then(|| TimeIntegration::new(Integrator::ImplicitEuler, false));
+        let (step, time) = (0, 0.0);
+        let mut model = ShellModel {
+            parts,
+            newton,
+            x,
+            v,
+            integration,
+            error_tolerance: None,
+            relaxation: None,
+            step,
+            time,
+            rest_is_set: false,
+            heading: None,
+            keeps_mode: false,
+            reactions: None,
+        };
         model.follow(0.0).map_err(|(place, reason)| Error::input(place, reason))?;
         model.parts.shell.restart(&model.x);
         Ok(model)
@@ -186,6 +218,18 @@ impl ShellModel {
     pub fn leave_unstable(&mut self, areas: &[f64], keep_mode: bool) {
         self.newton.set_stabilizer(areas);
         self.keeps_mode = keep_mode;
+    }
+
+    /// Integrates the motion from the start in another way than by implicit Euler. `tolerance`: largest error [m] that a step may add to a
+    /// position, if steps are chosen by it.
+    pub fn integrate_by(&mut self, integrator: Integrator, tolerance: Option<f64>) {
+        self.integration = self.parts.inertia.is_some().then(|| TimeIntegration::new(integrator, tolerance.is_some()));
+        self.error_tolerance = tolerance;
+    }
+
+    /// From now on steps find their equilibria by dynamic relaxation.
+    pub fn relax_by(&mut self, relaxation: Relaxation) {
+        self.relaxation = Some(relaxation);
     }
 
     /// Moves the first state by `displacements` of the nodes [m]; the rest shape stays. `directors`: those of the moved shape.
@@ -245,7 +289,7 @@ impl ShellModel {
     pub fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
         let (x, lagged, directors) = (self.x.clone(), self.parts.shell.lagged(), self.parts.shell.directors().to_vec());
         let diffused: Vec<_> = self.parts.transports.iter().map(Transport::state).collect();
-        let outcome = self.try_advance(dt, time);
+        let outcome = self.try_advance(dt, time, &directors);
         if outcome.is_err() {
             self.x = x;
             self.parts.shell.set_lagged(&lagged);
@@ -260,30 +304,53 @@ impl ShellModel {
         outcome
     }
 
-    fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
+    fn try_advance(&mut self, dt: f64, time: f64, directors: &[Vector3<f64>]) -> Result<StepReport, StepFailure> {
         let targets = self.prescribed(time)?;
+        let stage = self.stage(dt, time);
+        let (share, moment) = stage.as_ref().map_or((1.0, time), |stage| (stage.share, stage.time));
         for transport in &mut self.parts.transports {
+            let before = if share < 1.0 { transport.diffusion.values().to_vec() } else { Vec::new() };
             transport
                 .advance(self.time, time, &self.x)
                 .map_err(|e| StepFailure::Input { place: transport.table.into(), reason: format!("{e} (at t = {time})") })?;
+            if share < 1.0 {
+                transport.show(&before, share);
+            }
         }
-        self.follow(time).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
-        self.set_loads(time);
+        self.follow(moment).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
+        self.set_loads(moment);
         let before = self.x.clone();
-        self.parts.shell.start_step(&before, dt);
-        if let Some(inertia) = &mut self.parts.inertia {
-            inertia.start_step(&before, &self.v, dt);
+        if let (Some(stage), Some(integration), Some(inertia)) = (&stage, &mut self.integration, &mut self.parts.inertia) {
+            inertia.pull_to(stage.predicted.clone(), stage.length);
+            if self.parts.shell.is_viscous() {
+                let (start, interval) = integration.strain_start(stage.time, self.time, || self.parts.shell.forms(&before));
+                self.parts.shell.set_strain_start(start, interval);
+            }
         }
-        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step(&before, time, dt));
-        let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets);
-        let solved = solved.map_err(|failure| self.failed(failure))?;
-        for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
-            *v = (now - before) / dt;
+        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step(&before, moment, moment - self.time));
+        let at_stage: Vec<(usize, f64)> = match &stage {
+            Some(stage) => targets.iter().map(|&(i, value)| (i, stage.between(before[i], value))).collect(),
+            None => targets.clone(),
+        };
+        let lagged = self.parts.shell.lagged();
+        let guessed = stage.as_ref().is_some_and(|stage| self.guess(stage, &at_stage));
+        let mut found = self.equilibrium(&at_stage);
+        if guessed && found.is_err() {
+            self.x.copy_from_slice(&before);
+            self.parts.shell.set_lagged(&lagged);
+            self.parts.shell.set_directors(directors);
+            found = self.equilibrium(&at_stage);
         }
+        let solved = found.map_err(|failure| self.failed(failure))?;
+        // Supports are asked while all parts are at the moment of the stage.
         self.update_reactions();
+        let error = match stage {
+            Some(stage) => self.finish(stage, &targets, time, directors)?,
+            None => None,
+        };
         self.step += 1;
         self.time = time;
-        Ok(StepReport { solved })
+        Ok(StepReport { solved, error })
     }
 
     /// Finds what the supports exert on the state that is there, where anybody asks.
@@ -301,10 +368,21 @@ impl ShellModel {
             Failure::NotContracting(movement) => {
                 StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
             }
+            Failure::NotRelaxed { iterations, distance } => StepFailure::Equations(format!(
+                "dynamic relaxation was still {distance:.2e} m from equilibrium after {iterations} iterations"
+            )),
             Failure::Unstable(Some(lowest)) => StepFailure::Equations(format!(
                 "the equilibrium is unstable (lowest eigenvalue {lowest:.3e} N/m3) and no stable one was found"
             )),
             Failure::Unstable(None) => StepFailure::Equations("the equilibrium is unstable and its lowest mode was not found".into()),
+        }
+    }
+
+    /// Finds the equilibrium of the present stage from the present unknowns.
+    fn equilibrium(&mut self, targets: &[(usize, f64)]) -> Result<Solved, Failure> {
+        match self.relaxation {
+            Some(relaxation) => self.newton.relax(&mut potentials(&mut self.parts), &mut self.x, targets, relaxation),
+            None => self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, targets),
         }
     }
 
@@ -382,22 +460,19 @@ impl ShellModel {
             ("factorizations", counters.factorizations),
         ];
         let switches = self.leaves_unstable().then_some(("branch_switches", counters.branch_switches));
-        let numbers = numbers.into_iter().chain(switches).map(|(name, value)| (name.to_string(), value as f64)).collect();
+        let relaxed = self.relaxation.map(|_| ("relaxation_iterations", counters.relaxation_iterations));
+        let numbers = numbers.into_iter().chain(switches).chain(relaxed).map(|(name, value)| (name.to_string(), value as f64)).collect();
         let mut snapshot = Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers };
         self.parts.transports.iter().for_each(|transport| transport.put(&mut snapshot));
+        if let Some(integration) = &self.integration {
+            integration.put(&mut snapshot);
+        }
         snapshot
     }
 
     /// Puts a state back. Errors: a field that is missing or of another size.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
-        let take = |name: &str, length: usize| -> Result<Vec<f64>, String> {
-            let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
-            if field.data.len() == length {
-                Ok(field.data.clone())
-            } else {
-                Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len()))
-            }
-        };
+        let take = |name: &str, length: usize| take_field(snapshot, name, length);
         let lengths = 3 * self.parts.positions.len();
         let position = take("position", lengths)?;
         let velocity = if self.v.is_empty() { Vec::new() } else { take("velocity", lengths)? };
@@ -428,8 +503,12 @@ impl ShellModel {
             fallback_iterations: count("fallback_iterations"),
             factorizations: count("factorizations"),
             branch_switches: count("branch_switches"),
+            relaxation_iterations: count("relaxation_iterations"),
         });
         self.parts.transports.iter_mut().try_for_each(|transport| transport.take(snapshot))?;
+        if let Some(integration) = &mut self.integration {
+            integration.take(snapshot, lengths, self.parts.shell.directors().len(), points)?;
+        }
         self.follow(self.time).map_err(|(_, reason)| reason)?;
         self.set_loads(self.time);
         Ok(())
@@ -470,6 +549,16 @@ pub(super) fn set_loads(parts: &mut Parts, time: f64) {
             load.potential.set_factor(factor(time));
         }
         load.potential.set_time(time);
+    }
+}
+
+/// Numbers of a field of a snapshot. Errors: one that is missing or of another length.
+pub(super) fn take_field(snapshot: &Snapshot, name: &str, length: usize) -> Result<Vec<f64>, String> {
+    let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
+    if field.data.len() == length {
+        Ok(field.data.clone())
+    } else {
+        Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len()))
     }
 }
 

@@ -95,6 +95,12 @@ impl Transport {
         Ok(())
     }
 
+    /// Shows rest laws what lies by `share` of the way from the values `before` to the present ones.
+    pub fn show(&self, before: &[f64], share: f64) {
+        let between: Vec<f64> = before.iter().zip(self.diffusion.values()).map(|(a, b)| a + share * (b - a)).collect();
+        self.profile.set(&between);
+    }
+
     /// Values and accumulators, to put back.
     pub fn state(&self) -> (Vec<f64>, Vec<f64>) {
         (self.diffusion.values().to_vec(), self.diffusion.state())

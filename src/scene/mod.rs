@@ -49,7 +49,7 @@ pub use rest::{
 };
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
-pub use solve::{Dynamics, Output, Perturbation, Solver, Statics};
+pub use solve::{AdaptiveDt, Dynamics, Integrator, Method, Output, Perturbation, Relaxation, Solver, Statics};
 pub use source::Source;
 pub use stepping::{Adaptive, ArcLength, Reached};
 pub use suspicion::suspicions;

@@ -29,6 +29,46 @@ pub struct Statics {
     /// Disturbs the state that the first step starts from; the rest shape stays. Absent: not disturbed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,
+    /// How equilibria are found.
+    #[serde(default, skip_serializing_if = "Method::is_default")]
+    pub method: Method,
+    /// When dynamic relaxation ends. Absent: the defaults of its keys. Needs `method = "dynamic-relaxation"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation: Option<Relaxation>,
+}
+
+/// How an equilibrium is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Newton's method.
+    #[default]
+    Newton,
+    /// A damped motion in a time without meaning, without any factorisation, down to a minimum of the energy. Takes many iterations, the more
+    /// the thinner the shell and the finer the mesh. Adds `relaxation_iterations` to the history. Not with `stable`.
+    DynamicRelaxation,
+}
+
+impl Method {
+    fn is_default(&self) -> bool {
+        *self == Method::default()
+    }
+}
+
+/// When dynamic relaxation ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Relaxation {
+    /// Largest distance from equilibrium, as the residual and the lowest frequency tell it, relative to the mesh diameter; 1e-12 to 1e-2.
+    pub tolerance: f64,
+    /// Iterations of one step before it fails, 1 to 1e9.
+    pub max_iterations: u64,
+}
+
+impl Default for Relaxation {
+    fn default() -> Self {
+        Relaxation { tolerance: 1e-7, max_iterations: 200_000 }
+    }
 }
 
 /// A smooth disturbance along the surface's normal: waves of random direction and phase, the same at a place on every mesh.
@@ -46,17 +86,58 @@ fn default_steps() -> usize {
     4
 }
 
-/// Motion by implicit Euler.
+/// Motion in time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Dynamics {
-    /// Time step [s], > 0; a step that fails is halved, later steps grow back to this.
+    /// Time step [s], > 0; a step that fails is halved, later steps grow back to this. With `adaptive` only the first.
     pub dt: f64,
     /// End [s], > 0.
     pub end: f64,
     /// Initial velocity of every vertex [m/s], of x, y, z, r, theta. Absent: at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[super::Expr; 3]>,
+    /// How the motion is integrated.
+    #[serde(default, skip_serializing_if = "Integrator::is_default")]
+    pub integrator: Integrator,
+    /// Spectral radius of `generalised-alpha` for motions much faster than a step, 0 to 1: what is left of such a motion after each step. 0 takes
+    /// it out at once; 1 damps nothing and is the implicit midpoint rule. Absent: 0.8.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectral_radius: Option<f64>,
+    /// Chooses the steps by their error. Absent: they are of size `dt`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<AdaptiveDt>,
+}
+
+/// How motion is integrated in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// First order; damps all that is faster than a step, and much of what is slower. For shapes that follow a slow process.
+    #[default]
+    ImplicitEuler,
+    /// Backward differentiation of second order: takes out what is faster than a step, damps little of what is slower.
+    Bdf2,
+    /// Second order, with the damping of fast motions that `spectral_radius` states, and next to none of slow ones.
+    GeneralisedAlpha,
+}
+
+impl Integrator {
+    fn is_default(&self) -> bool {
+        *self == Integrator::default()
+    }
+}
+
+/// Steps chosen by an estimate of the error that each adds to the positions. Adds `local_error` (the estimate over the mesh diameter) and
+/// `rejections` (steps tried before, whose error was too large) to the history.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdaptiveDt {
+    /// Largest error that a step may add to the place of a node, relative to the mesh diameter; 1e-10 to 0.1.
+    pub tolerance: f64,
+    /// Largest step [s], > 0. Absent: as large as the error and the output times allow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_dt: Option<f64>,
 }
 
 /// Nonlinear solver.

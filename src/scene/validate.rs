@@ -319,7 +319,15 @@ fn time(scene: &Scene) -> Check {
         (None, Some(dynamics)) => {
             positive("dynamics.dt", dynamics.dt, "s")?;
             positive("dynamics.end", dynamics.end, "s")?;
-            expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)
+            expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)?;
+            if let Some(radius) = dynamics.spectral_radius {
+                let damped = dynamics.integrator == Integrator::GeneralisedAlpha;
+                require("dynamics.spectral_radius", damped, "needs `integrator = \"generalised-alpha\"`")?;
+                within("dynamics.spectral_radius", radius, 0.0..=1.0)?;
+            }
+            let Some(adaptive) = &dynamics.adaptive else { return Ok(()) };
+            within("dynamics.adaptive.tolerance", adaptive.tolerance, 1e-10..=0.1)?;
+            positive_or_absent("dynamics.adaptive.largest_dt", adaptive.largest_dt, "s")
         }
     }
 }
@@ -330,6 +338,15 @@ fn statics(statics: &Statics, scene: &Scene) -> Check {
     let energies = !statics.stable || scene.moments.is_empty();
     require("statics.stable", energies, "needs an energy to tell stable states by, which a [[moment]] has not")?;
     stepping::stepping(statics, scene)?;
+    let relaxes = statics.method == Method::DynamicRelaxation;
+    require("statics.method", !relaxes || !statics.stable, "`dynamic-relaxation` goes without `stable`, it ends in minima by itself")?;
+    let alone = !relaxes || (statics.arc_length.is_none() && statics.adaptive.is_none());
+    require("statics.method", alone, "`dynamic-relaxation` goes without [statics.arc-length] and [statics.adaptive], which count Newton iterations")?;
+    if let Some(table) = &statics.relaxation {
+        require("statics.relaxation", relaxes, "needs `method = \"dynamic-relaxation\"`")?;
+        within("statics.relaxation.tolerance", table.tolerance, 1e-12..=1e-2)?;
+        within("statics.relaxation.max_iterations", table.max_iterations, 1..=1_000_000_000)?;
+    }
     let Some(perturbation) = &statics.perturbation else { return Ok(()) };
     positive("statics.perturbation.amplitude", perturbation.amplitude, "m")?;
     // Recorded scenes are TOML, whose integers have a sign.

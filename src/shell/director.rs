@@ -61,3 +61,9 @@ pub fn orthonormal(v: &Vector3<f64>, tangent: &Vector3<f64>) -> Option<Vector3<f
     let norm = part.norm();
     (norm > 1e-8 * v.norm() && norm > 0.0).then(|| part / norm)
 }
+
+/// Angle [rad] by which `to`, a unit vector orthogonal to the `tangent`, is turned about it from `from` brought orthogonal to it by the shortest
+/// way; 0 where that is impossible.
+pub fn turn(from: &Vector3<f64>, to: &Vector3<f64>, tangent: &Vector3<f64>) -> f64 {
+    orthonormal(from, tangent).map_or(0.0, |q| tangent.normalize().dot(&q.cross(to)).atan2(q.dot(to)))
+}

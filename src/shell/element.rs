@@ -52,4 +52,7 @@ pub trait Element<const N: usize, const P: usize> {
 
     /// Makes the present directors the new references and their angles zero; the state stays what it is.
     fn reframe(&mut self, x: &mut [f64]);
+
+    /// Angles [rad], one per director unknown, by which the directors at `x` are turned from others of an earlier shape, about their edges.
+    fn turns(&self, x: &[f64], from: &[Vector3<f64>]) -> Vec<f64>;
 }

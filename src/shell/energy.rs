@@ -34,6 +34,13 @@ pub trait Shell: Potential {
     fn set_stiffness(&mut self, factors: Vec<f64>);
     /// Remembers the forms at `x`, the start of a step of size `dt` [s], for damping. Nothing without viscosity.
     fn start_step(&mut self, x: &[f64], dt: f64);
+    /// Whether it has viscosity.
+    fn is_viscous(&self) -> bool;
+    /// Sets the forms, one per point, whose difference from the present ones over `dt` [s] is the rate of strain of damping. Nothing without
+    /// viscosity.
+    fn set_strain_start(&mut self, start: Vec<Strain>, dt: f64);
+    /// Angles [rad], one per director unknown, by which the directors at `x` are turned from others of an earlier shape, about their edges.
+    fn turns(&self, x: &[f64], from: &[Vector3<f64>]) -> Vec<f64>;
     /// Forms at `x`, one per point.
     fn forms(&self, x: &[f64]) -> Vec<Strain>;
     /// Tangent vectors at `x` [m], one pair per point.
@@ -423,9 +430,22 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Shell fo
     }
 
     fn start_step(&mut self, x: &[f64], dt: f64) {
+        if self.is_viscous() {
+            self.set_strain_start(self.forms(x), dt);
+        }
+    }
+
+    fn is_viscous(&self) -> bool {
+        self.damping.is_some()
+    }
+
+    fn set_strain_start(&mut self, start: Vec<Strain>, dt: f64) {
         let Some(viscosity) = self.damping.as_ref().map(|d| d.viscosity) else { return };
-        let start = self.forms(x);
         self.damping = Some(Damping { viscosity, ratio: viscosity / dt, start });
+    }
+
+    fn turns(&self, x: &[f64], from: &[Vector3<f64>]) -> Vec<f64> {
+        self.element.turns(x, from)
     }
 
     fn forms(&self, x: &[f64]) -> Vec<Strain> {

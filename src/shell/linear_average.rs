@@ -316,4 +316,8 @@ impl Element<18, 1> for LinearAverage {
         }
         self.directors = self.held.iter().flatten().copied().collect();
     }
+
+    fn turns(&self, _x: &[f64], _from: &[Vector3<f64>]) -> Vec<f64> {
+        Vec::new()
+    }
 }

@@ -3,7 +3,7 @@
 //! The angle of an edge is measured from a frozen unit vector `p`, turning about the edge's own direction (lower to higher vertex). So
 //! a face reads only its own vertices and angles, whatever its neighbours do.
 
-use super::director::{Director, initial_directors, orthonormal};
+use super::director::{Director, initial_directors, orthonormal, turn};
 use super::element::{Element, Strain};
 use super::hinge::{Hinge, HingeCurvature, Measure};
 use crate::mesh::{Mesh, Topology};
@@ -239,5 +239,11 @@ impl Element<12, 1> for LinearFree {
                 *phi = 0.0;
             }
         }
+    }
+
+    fn turns(&self, x: &[f64], from: &[Vector3<f64>]) -> Vec<f64> {
+        let at = |v: usize| Vector3::new(x[3 * v], x[3 * v + 1], x[3 * v + 2]);
+        let pairs = self.directors.iter().zip(from).zip(&self.edges);
+        pairs.map(|((to, from), edge)| turn(from, to, &(at(edge[1]) - at(edge[0])))).collect()
     }
 }

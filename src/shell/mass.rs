@@ -54,7 +54,7 @@ impl MassKind {
     }
 }
 
-/// `1/(2 dt^2) (x - y).M (x - y)` with `y = x_prev + dt v`, over faces of `K` nodes and `N = 3 K` coordinates.
+/// `1/(2 dt^2) (x - y).M (x - y)`, `y` a place predicted by the time integration (`x_prev + dt v` for implicit Euler), over faces of `K` nodes and `N = 3 K` coordinates.
 pub struct Inertia<const K: usize, const N: usize> {
     nodes: Vec<[usize; K]>,
     /// Mass matrix of each face [kg].
@@ -102,7 +102,12 @@ impl<const K: usize, const N: usize> Inertia<K, N> {
 /// Inertia as a model sees it, whatever the number of nodes of its faces.
 pub trait Inertial: Potential {
     /// Starts a step of size `dt` [s] from positions `x` [m] and velocities `v` [m/s] (both over the coordinates, other unknowns ignored).
-    fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64);
+    fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64) {
+        self.pull_to(x.iter().zip(v).map(|(x, v)| x + dt * v).collect(), dt);
+    }
+
+    /// From now on the energy is `1/(2 s^2) |x - y|_M^2`. `predicted`: `y` [m], over the coordinates. `dt`: `s` [s].
+    fn pull_to(&mut self, predicted: Vec<f64>, dt: f64);
 
     /// Sets the factors on the masses of the faces that they had at the start, > 0.
     fn set_factors(&mut self, factors: &[f64]);
@@ -115,9 +120,8 @@ pub trait Inertial: Potential {
 }
 
 impl<const K: usize, const N: usize> Inertial for Inertia<K, N> {
-    fn start_step(&mut self, x: &[f64], v: &[f64], dt: f64) {
-        self.predicted.clear();
-        self.predicted.extend(x.iter().zip(v).map(|(x, v)| x + dt * v));
+    fn pull_to(&mut self, predicted: Vec<f64>, dt: f64) {
+        self.predicted = predicted;
         self.dt = dt;
     }
 

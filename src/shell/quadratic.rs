@@ -5,7 +5,7 @@
 //! locks in the thin limit. The second form is the surface's own, `n.r_ij`, and the hinges' at the edges, which correct it weakly.
 //! Everything depends on the nodes through vectors that are linear in them, so two small kernels and constant tables make the element.
 
-use super::director::{Director, orthonormal};
+use super::director::{Director, orthonormal, turn};
 use super::element::{Element, Strain};
 use super::hinge::{Hinge, HingeCurvature, Measure};
 use super::quadratic_shape::{BEND, EDGE_NODES, EDGE_TANGENT, GAUSS, INNER, METRIC, OUTWARD, REGGE, SECOND, TANGENT};
@@ -374,5 +374,17 @@ impl Element<24, 3> for QuadraticFree {
                 }
             }
         }
+    }
+
+    fn turns(&self, x: &[f64], from: &[Vector3<f64>]) -> Vec<f64> {
+        let at = |v: usize| Vector3::new(x[3 * v], x[3 * v + 1], x[3 * v + 2]);
+        let mut turns = Vec::with_capacity(from.len());
+        for (e, edge) in self.edges.iter().enumerate() {
+            let (a, b, m) = (at(edge[0]), at(edge[1]), at(self.vertices + e));
+            for d in 2 * e..2 * e + GAUSS.len() {
+                turns.push(turn(&from[d], &self.directors[d], &edge_tangent(d - 2 * e, &a, &b, &m)));
+            }
+        }
+        turns
     }
 }

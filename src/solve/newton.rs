@@ -32,6 +32,8 @@ pub struct Counters {
     pub factorizations: u64,
     /// Unstable equilibria that were left.
     pub branch_switches: u64,
+    /// Iterations of dynamic relaxation.
+    pub relaxation_iterations: u64,
 }
 
 /// A solved step.
@@ -56,6 +58,13 @@ pub enum Failure {
     Mechanism(usize),
     /// No iteration contracted; the movement in the last one [m].
     NotContracting(f64),
+    /// Dynamic relaxation had not come to rest after so many iterations.
+    NotRelaxed {
+        /// Iterations.
+        iterations: u64,
+        /// Distance from equilibrium as the residual and the lowest frequency tell it [m]; infinite where the motion left all bounds.
+        distance: f64,
+    },
     /// The equilibrium is unstable and was not left for a stable one; its lowest eigenvalue [N/m3], if that was found.
     Unstable(Option<f64>),
 }

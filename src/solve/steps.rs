@@ -1,7 +1,34 @@
-//! Step sizes: nominal where all goes well or after the iterations of the last step, halved after a failure, cut to land on output times.
-//! Error-controlled steps are not here.
+//! Step sizes: nominal where all goes well, after the iterations of the last step ([`Adaptive`]), or as large as an estimated error allows
+//! ([`ErrorControl`]); halved after a failure, cut to land on output times. Errors are estimated elsewhere.
 
 use super::arc_length::growth;
+
+/// Chooses steps by their errors: a PI controller (Gustafsson, ACM Trans. Math. Softw. 17, 1991) with the usual bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorControl {
+    /// Power of the step with which the error of one step goes: the order of the method and 1.
+    pub power: f64,
+    /// Largest step [s], if it is bounded.
+    pub largest: f64,
+    /// Error over the allowed one of the last accepted step that was not cut, 1 at the start; part of the state.
+    pub error: f64,
+}
+
+impl ErrorControl {
+    /// Share of the step that would just be accurate enough.
+    const SAFETY: f64 = 0.9;
+
+    /// Factor on the step after one that was accepted with this error over the allowed one.
+    fn after(&self, error: f64) -> f64 {
+        let (now, before) = (error.max(1e-10), self.error.max(1e-10));
+        (Self::SAFETY * now.powf(-0.7 / self.power) * before.powf(0.4 / self.power)).clamp(0.2, 2.0)
+    }
+
+    /// Factor on the step after one that was rejected.
+    fn before(&self, error: f64) -> f64 {
+        (Self::SAFETY * error.powf(-1.0 / self.power)).clamp(0.1, 0.9)
+    }
+}
 
 /// Chooses step sizes between the start and the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +49,10 @@ pub struct StepControl {
     pub failures: u32,
     /// Where steps follow the iterations of the last; none where they are the nominal ones but after failures.
     pub adaptive: Option<Adaptive>,
+    /// Whether the rest of less than two steps to an output time is taken in two equal ones, as methods that remember the steps before want it.
+    pub is_even: bool,
+    /// Choice by errors, if they choose.
+    pub by_error: Option<ErrorControl>,
 }
 
 /// How steps follow the iterations of the last.
@@ -49,7 +80,18 @@ pub struct StepPlan {
 impl StepControl {
     /// Starts with the nominal step.
     pub fn new(nominal: f64, end: f64, interval: Option<f64>, max_halvings: u32) -> Self {
-        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, failures: 0, adaptive: None }
+        StepControl {
+            nominal,
+            end,
+            interval,
+            max_halvings,
+            dt: nominal,
+            successes: 0,
+            failures: 0,
+            adaptive: None,
+            is_even: false,
+            by_error: None,
+        }
     }
 
     /// The step from `time`, or none at the end.
@@ -64,14 +106,28 @@ impl StepControl {
         // A rest smaller than a millionth of a step would be a step of its own only by round-off.
         if time + self.dt * (1.0 + 1e-6) >= next {
             Some(StepPlan { dt: next - time, time: next, lands: true })
+        } else if self.is_even && time + 2.0 * self.dt * (1.0 - 1e-6) > next {
+            let dt = 0.5 * (next - time);
+            Some(StepPlan { dt, time: time + dt, lands: false })
         } else {
             Some(StepPlan { dt: self.dt, time: time + self.dt, lands: false })
         }
     }
 
-    /// After a step of size `tried` that worked, in so many iterations: twice as long again once two have, up to the nominal; adaptive ones by
-    /// their iterations, where one that was cut to land says only in which direction.
-    pub fn succeed(&mut self, tried: f64, iterations: u64) {
+    /// After a step of size `tried` that worked, in so many iterations and with this error over the allowed one, where errors are estimated: as
+    /// that allows; without, twice as long again once two have, up to the nominal; adaptive ones by their iterations, where one that was cut to
+    /// land says only in which direction.
+    pub fn succeed(&mut self, tried: f64, iterations: u64, error: Option<f64>) {
+        if let (Some(control), Some(error)) = (&mut self.by_error, error) {
+            let next = control.after(error) * tried;
+            // A step that was cut says little of how long the next may be.
+            if tried > 0.99 * self.dt {
+                (self.dt, control.error) = (next.min(control.largest), error);
+            } else {
+                self.dt = self.dt.max(next).min(control.largest);
+            }
+            return;
+        }
         self.successes += 1;
         self.failures = 0;
         if let Some(adaptive) = self.adaptive {
@@ -89,6 +145,18 @@ impl StepControl {
         self.dt = 0.5 * tried.min(self.dt);
         self.successes = 0;
         self.failures += 1;
+        self.is_large_enough()
+    }
+
+    /// After a step of size `tried` that had `error` times the error that is allowed: a smaller one. False when that is smaller than the
+    /// nominal halved `max_halvings` times.
+    pub fn reject(&mut self, tried: f64, error: f64) -> bool {
+        let factor = self.by_error.map_or(0.5, |control| control.before(error));
+        self.dt = factor * tried;
+        self.is_large_enough()
+    }
+
+    fn is_large_enough(&self) -> bool {
         let shortest = self.adaptive.and_then(|adaptive| adaptive.shortest);
         self.dt >= shortest.unwrap_or(self.nominal * 0.5f64.powi(self.max_halvings as i32)) * (1.0 - 1e-9)
     }
@@ -105,7 +173,7 @@ mod tests {
         while let Some(plan) = control.plan(time) {
             assert!(plan.dt > 1e-9 && plan.dt <= 0.03 * 1.00001);
             time = plan.time;
-            control.succeed(plan.dt, 5);
+            control.succeed(plan.dt, 5, None);
             if plan.lands {
                 landed.push(time);
             }
@@ -123,7 +191,7 @@ mod tests {
         assert!(!control.fail(0.25));
         control.dt = 0.25;
         for _ in 0..4 {
-            control.succeed(control.dt, 5);
+            control.succeed(control.dt, 5, None);
         }
         assert_eq!(control.dt, 1.0);
     }
@@ -132,22 +200,66 @@ mod tests {
     fn adaptive_steps_follow_the_iterations() {
         let mut control = StepControl::new(0.1, 1.0, Some(0.35), 2);
         control.adaptive = Some(Adaptive { iterations: 6.0, shortest: Some(0.02), longest: 0.3 });
-        control.succeed(0.1, 1);
+        control.succeed(0.1, 1, None);
         assert_eq!(control.dt, 0.2);
-        control.succeed(0.2, 24);
+        control.succeed(0.2, 24, None);
         assert_eq!(control.dt, 0.1);
-        control.succeed(0.1, 3);
+        control.succeed(0.1, 3, None);
         assert!((control.dt - 0.1 * 2f64.sqrt()).abs() < 1e-15);
         // Cut to land: neither a reason to go on in so small steps, nor to try larger ones than before.
         let dt = control.dt;
-        control.succeed(0.01, 3);
+        control.succeed(0.01, 3, None);
         assert_eq!(control.dt, dt);
-        control.succeed(0.01, 9);
+        control.succeed(0.01, 9, None);
         assert!(control.dt < 0.01 || control.dt == 0.02, "{}", control.dt);
         for _ in 0..9 {
-            control.succeed(control.dt, 2);
+            control.succeed(control.dt, 2, None);
         }
         assert_eq!(control.dt, 0.3);
         assert!(control.fail(0.04) && !control.fail(0.02));
+    }
+
+    #[test]
+    fn the_rest_before_an_output_time_is_halved_where_steps_are_to_be_even() {
+        let mut control = StepControl { is_even: true, ..StepControl::new(0.3, 1.0, None, 5) };
+        let (mut time, mut steps) = (0.0, Vec::new());
+        while let Some(plan) = control.plan(time) {
+            time = plan.time;
+            steps.push(plan.dt);
+            control.succeed(plan.dt, 5, None);
+        }
+        assert_eq!(steps.len(), 4);
+        assert!((steps[2] - 0.2).abs() < 1e-12 && (steps[3] - 0.2).abs() < 1e-12 && time == 1.0, "{steps:?}");
+    }
+
+    /// With an error `(dt / d)^3` steps settle at 0.9^(power / 0.3) of the allowed error, whatever the first is.
+    #[test]
+    fn errors_choose_steps() {
+        for start in [1.0, 1e-3] {
+            let by_error = Some(ErrorControl { power: 3.0, largest: f64::INFINITY, error: 1.0 });
+            let mut control = StepControl { by_error, ..StepControl::new(start, 1e9, None, 40) };
+            let error = |dt: f64| (dt / 0.02).powi(3);
+            let mut rejected = 0;
+            for _ in 0..60 {
+                let e = error(control.dt);
+                if e <= 1.0 {
+                    control.succeed(control.dt, 5, Some(e));
+                } else {
+                    rejected += 1;
+                    assert!(control.reject(control.dt, e));
+                }
+            }
+            let settled = 0.9f64.powf(1.0 / 0.3);
+            assert!((control.dt / 0.02 / settled - 1.0).abs() < 1e-6, "{} {settled}", control.dt / 0.02);
+            assert!(rejected <= if start > 0.02 { 4 } else { 0 }, "{rejected}");
+        }
+        let by_error = Some(ErrorControl { power: 2.0, largest: 0.5, error: 1.0 });
+        let mut control = StepControl { by_error, ..StepControl::new(0.1, 1e9, None, 3) };
+        (0..20).for_each(|_| control.succeed(control.dt, 5, Some(1e-30)));
+        assert_eq!(control.dt, 0.5);
+        // A cut step leaves the step as it was.
+        control.succeed(0.01, 5, Some(0.5));
+        assert_eq!(control.dt, 0.5);
+        assert!(control.reject(0.5, 1e9) && !control.reject(0.05, 1e9));
     }
 }

@@ -10,10 +10,14 @@ use super::supports;
 use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
-use crate::model::{FollowingMass, HeldUnknown, Model, Motion, Parts, ShellModel};
+use crate::model::{FollowingMass, HeldUnknown, Integrator, Model, Motion, Parts, ShellModel};
 use crate::scene::{self, Axis, Expr, Scene};
 use crate::shell::{Director, Inertia, Inertial, LinearAverage, LinearFree, MassKind, Measure, QuadraticFree, Shell, koiter};
+use crate::solve::Relaxation;
 use nalgebra::Vector3;
+
+/// Spectral radius of generalised-alpha where the scene has none.
+const DEFAULT_RADIUS: f64 = 0.8;
 
 /// A scalar of a place [m] and time [s].
 pub type PlaceField = Box<dyn Fn(&Vector3<f64>, f64) -> f64>;
@@ -182,11 +186,30 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
     if scene.output.reactions {
         model.keep_reactions()?;
     }
+    if let Some(statics) = scene.statics.as_ref().filter(|s| s.method == scene::Method::DynamicRelaxation) {
+        let said = statics.relaxation.clone().unwrap_or_default();
+        model.relax_by(Relaxation { tolerance: said.tolerance * mesh.diameter(), max_iterations: said.max_iterations });
+    }
+    if let Some(dynamics) = &scene.dynamics {
+        let tolerance = dynamics.adaptive.as_ref().map(|table| table.tolerance * mesh.diameter());
+        model.integrate_by(integrator(dynamics), tolerance);
+    }
     if scene.statics.as_ref().is_some_and(|s| s.stable) {
         let areas = masses_of(MassKind::Lumped, &vec![1.0; mesh.faces.len()], scene, mesh, topology, setup).nodes;
         model.leave_unstable(&areas, scene.output.lowest_mode);
     }
     Ok(model)
+}
+
+/// The time integration that a scene names.
+fn integrator(dynamics: &scene::Dynamics) -> Integrator {
+    match dynamics.integrator {
+        scene::Integrator::ImplicitEuler => Integrator::ImplicitEuler,
+        scene::Integrator::Bdf2 => Integrator::Bdf2,
+        scene::Integrator::GeneralisedAlpha => {
+            Integrator::GeneralisedAlpha { spectral_radius: dynamics.spectral_radius.unwrap_or(DEFAULT_RADIUS) }
+        }
+    }
 }
 
 /// What moves a held unknown, and its key: a pin's displacement [m], or its rotation [rad] about the edge's own direction.

@@ -4,8 +4,8 @@ use super::{Job, mesh as mesh_stage, print, report, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
 use crate::scene::{
-    Composition, Diffusion, Expr, FlattenOnto, Lame, MachineDirection, Material, MeshTable, ModeKind, PinDirector, Rest, Scene, Shell,
-    SpreadForce,
+    Composition, Diffusion, Expr, FlattenOnto, Integrator, Lame, MachineDirection, Material, MeshTable, Method, ModeKind, PinDirector, Rest,
+    Scene, Shell, SpreadForce,
 };
 
 /// Ways in which a body that nothing holds moves without strain.
@@ -105,6 +105,7 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if let Some(statics) = &scene.statics {
         let stable = if statics.stable { ", unstable states are left" } else { "" };
         let disturbed = statics.perturbation.as_ref().map_or(String::new(), |p| format!(", disturbed by {} m", p.amplitude));
+        let relaxed = if statics.method == Method::DynamicRelaxation { ", dynamic relaxation" } else { "" };
         let steps =
             statics.end.map_or_else(|| format!("{} load steps", statics.steps), |end| format!("{} steps to {end} s", statics.steps));
         let chosen = match (&statics.adaptive, &statics.arc_length) {
@@ -112,10 +113,16 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
             (None, Some(_)) => ", along the path by arc length",
             (None, None) => "",
         };
-        parts.push(("statics", format!("{steps}{chosen}{stable}{disturbed}")));
+        parts.push(("statics", format!("{steps}{chosen}{stable}{disturbed}{relaxed}")));
     }
     if let Some(dynamics) = &scene.dynamics {
-        parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));
+        let how = match dynamics.integrator {
+            Integrator::ImplicitEuler => "",
+            Integrator::Bdf2 => ", BDF2",
+            Integrator::GeneralisedAlpha => ", generalised-alpha",
+        };
+        let by_error = if dynamics.adaptive.is_some() { " first, then by their error" } else { "" };
+        parts.push(("dynamics", format!("to {} s in steps of {} s{by_error}{how}", dynamics.end, dynamics.dt)));
     }
     if let Some(modes) = &scene.modes {
         parts.push(("modes", format!("{} of {}", modes.count, if modes.kind == ModeKind::Vibration { "vibration" } else { "buckling" })));

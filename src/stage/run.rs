@@ -6,7 +6,7 @@ use crate::case::{Folder, History, Newest, hash};
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
 use crate::model::{Model, StepFailure};
-use crate::scene::Scene;
+use crate::scene::{AdaptiveDt, Scene};
 use crate::snapshot::Snapshot;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
@@ -41,6 +41,10 @@ const COLUMNS: [&str; 9] = [
 /// Columns after the energies where unstable equilibria are left. Switches are totals since the start; eigenvalues [N/m3] are those of the
 /// equilibrium kept, and of the first one found in the step.
 const STABILITY: [&str; 3] = ["branch_switches", "lowest_eigenvalue", "lowest_eigenvalue_before"];
+
+/// Columns after those where steps are chosen by their errors: steps rejected since the last accepted one, and the estimated error of the
+/// step, relative to the mesh diameter.
+const ERRORS: [&str; 2] = ["rejections", "local_error"];
 
 /// The stage.
 ///
@@ -88,7 +92,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     let mut wall = worked + built;
     let first_step = model.step();
     let mut unstable = None;
-    let (mut halvings, mut clock) = (0u32, Instant::now());
+    let (mut halvings, mut rejections, mut clock) = (0u32, 0u32, Instant::now());
     while let Some(plan) = stepping.plan_for(&*model) {
         if signals.number() != 0 || options.stop_after.is_some_and(|n| model.step() - first_step >= n) {
             break;
@@ -119,6 +123,9 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                         job.say(&switched(&job.moment(time), stability.before, stability.lowest));
                     }
                 }
+                if let Some((error, adaptive)) = report.error.zip(adaptive(&job.scene)) {
+                    row.extend([f64::from(rejections), error * adaptive.tolerance]);
+                }
                 row.extend(stepping.row());
                 row.push(wall);
                 history.append(model.step(), &row)?;
@@ -129,12 +136,16 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), dt, solved.iterations);
                 bar.set_position(bar_position(time, end));
                 bar.set_message(format!("{moment}  dt {:.1e}  {} it  {energy:.3e} J", dt, solved.iterations));
-                halvings = 0;
+                (halvings, rejections) = (0, 0);
                 clock = Instant::now();
             }
             Err(StepFailure::Equations(reason)) if stepping.fail(&plan, from) => {
                 halvings += 1;
                 log::warn!("the step from {} {plan} failed: {reason}; trying {}", job.moment(from), stepping.next());
+            }
+            Err(StepFailure::Inaccurate(error)) if stepping.reject(&plan, error, from) => {
+                rejections += 1;
+                log::debug!("the step from {} {plan} has {error:.1e} of the error allowed", job.moment(from));
             }
             Err(failure) => {
                 bar.abandon();
@@ -155,8 +166,12 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
     }
     let counters = model.counters();
     job.say(&place("at", job, &*model, &folder));
+    let relaxed = match counters.relaxation_iterations {
+        0 => String::new(),
+        n => format!("{n} iterations of dynamic relaxation, "),
+    };
     job.say(&format!(
-        "{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s",
+        "{relaxed}{} Newton iterations, {} of descent, {} factorisations, {wall:.3} s",
         counters.newton_iterations, counters.fallback_iterations, counters.factorizations
     ));
     Ok(())
@@ -167,8 +182,9 @@ pub fn columns(scene: &Scene, model: &dyn Model) -> Vec<&'static str> {
     let energies = model.energies().into_iter().map(|(name, _)| name);
     let stability = if model.leaves_unstable() { &STABILITY[..] } else { &[] };
     let quantities = model.quantities().into_iter().map(|(name, _)| name);
-    let stepping = Stepping::columns(scene).iter().copied();
-    COLUMNS.into_iter().chain(energies).chain(quantities).chain(stability.iter().copied()).chain(stepping).chain(["wall_s"]).collect()
+    let errors = if model.chooses_steps() { &ERRORS[..] } else { &[] };
+    let after = stability.iter().chain(errors).chain(Stepping::columns(scene)).copied();
+    COLUMNS.into_iter().chain(energies).chain(quantities).chain(after).chain(["wall_s"]).collect()
 }
 
 /// What is said of a step that left an unstable equilibrium. `moment`: its time in words; `before`, `after`: lowest eigenvalues [N/m3].
@@ -202,8 +218,13 @@ pub fn inputs(job: &Job) -> Result<String> {
     if let Some(path) = statics.as_mut().and_then(|table| table.arc_length.as_mut()) {
         (path.most_steps, path.until) = (0, None);
     }
-    let tables = serde_json::to_string(&(&statics, s.dynamics.as_ref().map(|d| d.dt), &s.solver, s.output.lowest_mode))
-        .map_err(|e| Error::input("scene", e.to_string()))?;
+    let tables = serde_json::to_string(&(
+        &statics,
+        s.dynamics.as_ref().map(|d| (d.dt, d.integrator, d.spectral_radius, &d.adaptive)),
+        &s.solver,
+        s.output.lowest_mode,
+    ))
+    .map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[setup::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
 
@@ -246,6 +267,11 @@ fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
         None => job.say("no checkpoint is whole; starting from the setup"),
     }
     Ok(newest.snapshot)
+}
+
+/// The table that chooses steps by their errors.
+fn adaptive(scene: &Scene) -> Option<&AdaptiveDt> {
+    scene.dynamics.as_ref()?.adaptive.as_ref()
 }
 
 /// The model's state and that of the step control.
@@ -318,6 +344,10 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
         StepFailure::Equations(reason) => Error::Numerical {
             message: format!("the step from {from} failed at its smallest size: {reason}"),
             help: Some(format!("more load steps or a smaller dt, viscosity, or a look at the last state may help; {kept}")),
+        },
+        StepFailure::Inaccurate(error) => Error::Numerical {
+            message: format!("the step from {from} has {error:.2e} times the error allowed at its smallest size"),
+            help: Some(format!("a smaller dynamics.dt to start with, or a larger dynamics.adaptive.tolerance, may help; {kept}")),
         },
         StepFailure::Mechanism(unknown) => Error::Numerical {
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),

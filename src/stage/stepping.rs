@@ -4,9 +4,9 @@ use super::{Job, build, mesh as mesh_stage, report};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::model::{Model, StepFailure, StepReport};
-use crate::scene::Scene;
+use crate::scene::{Integrator, Scene};
 use crate::snapshot::Snapshot;
-use crate::solve::{Adaptive, ArcControl, Reach, StepControl, StepPlan};
+use crate::solve::{Adaptive, ArcControl, ErrorControl, Reach, StepControl, StepPlan};
 
 /// Times that an adaptive step is halved before descent is tried.
 const SHORTER: u32 = 3;
@@ -129,7 +129,7 @@ impl Stepping {
                 // A shorter step costs less than descent, but where none is short enough, at a limit point.
                 model.set_descends(self.control.adaptive.is_none() || self.control.failures >= SHORTER);
                 let report = model.advance(plan.dt, plan.time)?;
-                self.control.succeed(plan.dt, report.solved.iterations);
+                self.control.succeed(plan.dt, report.solved.iterations, report.error);
                 Ok((report, plan.dt, plan.lands || self.control.interval.is_none()))
             }
             (Plan::Along(_), None) => Err(StepFailure::Equations("there is no path".into())),
@@ -142,6 +142,12 @@ impl Stepping {
             (Plan::Ahead(plan), _) => self.control.fail(plan.dt) && from + self.control.dt > from,
             (Plan::Along(_), path) => path.as_mut().is_some_and(|path| path.control.fail()),
         }
+    }
+
+    /// After a step with `error` times the error that is allowed: a smaller one. False when that is too small.
+    pub fn reject(&mut self, plan: &Plan, error: f64, from: f64) -> bool {
+        let Plan::Ahead(plan) = plan else { return false };
+        self.control.reject(plan.dt, error) && from + self.control.dt > from
     }
 
     /// The next step in words, after one that failed.
@@ -167,7 +173,13 @@ impl Stepping {
     pub fn put(&self, snapshot: &mut Snapshot) {
         snapshot.dt = self.control.dt;
         let mut put = |name: &str, value: f64| snapshot.numbers.push((name.into(), value));
-        let Some(path) = &self.path else { return put("successes", f64::from(self.control.successes)) };
+        let Some(path) = &self.path else {
+            put("successes", f64::from(self.control.successes));
+            if let Some(by_error) = self.control.by_error {
+                put("local_error", by_error.error);
+            }
+            return;
+        };
         put("arc_length", path.way);
         put("arc_share", path.control.share);
         if let Some(unit) = path.control.unit {
@@ -179,6 +191,9 @@ impl Stepping {
     pub fn take(&mut self, snapshot: &Snapshot) {
         self.control.dt = snapshot.dt;
         self.control.successes = snapshot.number("successes").unwrap_or(0.0) as u32;
+        if let (Some(by_error), Some(error)) = (&mut self.control.by_error, snapshot.number("local_error")) {
+            by_error.error = error;
+        }
         let Some(path) = &mut self.path else { return };
         path.way = snapshot.number("arc_length").unwrap_or(0.0);
         path.control.share = snapshot.number("arc_share").unwrap_or(1.0);
@@ -199,5 +214,14 @@ fn control(scene: &Scene) -> StepControl {
         shortest: table.shortest,
         longest: table.longest.unwrap_or(scene.end()),
     });
+    if let Some(dynamics) = &scene.dynamics {
+        let first_order = dynamics.integrator == Integrator::ImplicitEuler;
+        control.is_even = !first_order || dynamics.adaptive.is_some();
+        control.by_error = dynamics.adaptive.as_ref().map(|table| ErrorControl {
+            power: if first_order { 2.0 } else { 3.0 },
+            largest: table.largest_dt.unwrap_or(f64::INFINITY),
+            error: 1.0,
+        });
+    }
     control
 }

@@ -108,7 +108,16 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("motion = { x = \"0.1 * t\" }", "motion = §{ }", "pin.1.motion = {}: must give x, y or z"),
     ("motion = { x = \"0.1 * t\" }", "motion = { x = §\"0.1 * r\" }", "unknown name `r`; variables here: x, y, z, t"),
     // Time.
-    ("[dynamics]\ndt = 0.1\nend = 1.0\nvelocity = [0, 0, \"x\"]", "", "exactly one of [statics] and [dynamics] must be given, found none"),
+    (
+        "[dynamics]\ndt = 0.1\nend = 1.0\nvelocity = [0, 0, \"x\"]\nintegrator = \"generalised-alpha\"\nspectral_radius = 0.9\nadaptive = { tolerance = 2e-3, largest_dt = 0.2 }",
+        "",
+        "exactly one of [statics] and [dynamics] must be given, found none",
+    ),
+    ("integrator = \"generalised-alpha\"", "integrator = §\"newmark\"", "dynamics.integrator: unknown variant `newmark`"),
+    ("integrator = \"generalised-alpha\"\nspectral_radius = 0.9", "integrator = \"bdf2\"\nspectral_radius = §0.9", "needs `integrator = \"generalised-alpha\"`"),
+    ("spectral_radius = 0.9", "spectral_radius = §1.1", "dynamics.spectral_radius = 1.1: must be 0 to 1"),
+    ("tolerance = 2e-3", "tolerance = §0.2", "dynamics.adaptive.tolerance = 0.2: must be 0.0000000001 to 0.1"),
+    ("largest_dt = 0.2", "largest_dt = §0", "dynamics.adaptive.largest_dt = 0: must be > 0 [s]"),
     ("[dynamics]", "[statics]\n§[dynamics]", "dynamics: exactly one of [statics] and [dynamics] must be given, found both"),
     ("dt = 0.1", "dt = §0", "dynamics.dt = 0: must be > 0 [s]"),
     ("end = 1.0", "end = §-1", "dynamics.end = -1: must be > 0 [s]"),
@@ -340,6 +349,12 @@ fn statics_knows_no_viscosity() {
     let quiet = head.replace("viscosity = 0.01\n", "");
     refuse(&format!("{quiet}[statics]\nsteps = §0\n"), "statics.steps = 0: must be 1 to 100000");
     refuse(&format!("{quiet}[statics]\n§velocity = 1\n"), "statics.velocity: unknown key");
+    let relaxed = format!("{quiet}[statics]\nmethod = §\"dynamic-relaxation\"\n");
+    refuse(&format!("{relaxed}stable = true\n"), "statics.method = \"dynamic-relaxation\": `dynamic-relaxation` goes without `stable`");
+    let relaxed = relaxed.replace('§', "");
+    refuse(&format!("{quiet}[statics]\nrelaxation = §{{ tolerance = 1e-6 }}\n"), "needs `method = \"dynamic-relaxation\"`");
+    refuse(&format!("{relaxed}relaxation = {{ tolerance = §0.1 }}\n"), "statics.relaxation.tolerance = 0.1: must be");
+    refuse(&format!("{relaxed}relaxation = {{ max_iterations = §0 }}\n"), "statics.relaxation.max_iterations = 0: must be 1 to 1000000000");
 }
 
 #[test]

@@ -1,0 +1,103 @@
+//! A step of a shell in motion around its minimisation: the stage before it, positions, directors, velocities and error after it.
+
+use super::shell_model::{ShellModel, StepFailure, potentials};
+use super::time_integration::Stage;
+use nalgebra::Vector3;
+
+impl ShellModel {
+    /// The stage of a step of size `dt` [s] to `time`; none in statics.
+    pub(super) fn stage(&self, dt: f64, time: f64) -> Option<Stage> {
+        let integration = self.integration.as_ref()?;
+        Some(integration.stage(&self.x, &self.v, dt, [self.time, time], || self.prescribed_velocities(dt, time)))
+    }
+
+    /// Velocities [m/s] at the start of a step of the coordinates that are held, by which the midpoint rule follows their motion with second
+    /// order: those of the parabola through its start, middle and end.
+    fn prescribed_velocities(&self, dt: f64, time: f64) -> Vec<(usize, f64)> {
+        let of = |motion: &dyn Fn(f64) -> f64| {
+            let [start, middle, end] = [self.time, self.time + 0.5 * dt, time].map(motion);
+            let parabola = (4.0 * middle - 3.0 * start - end) / dt;
+            if parabola.is_finite() { parabola } else { (end - start) / dt }
+        };
+        let held = self.parts.held.iter().filter(|h| h.unknown < self.v.len());
+        held.map(|h| (h.unknown, h.motion.as_ref().map_or(0.0, |(_, motion)| of(motion)))).collect()
+    }
+
+    /// Moves the unknowns to a first guess of the state of a stage, with the velocities that they have and held coordinates where the `targets`
+    /// are, if that has less energy than to stay; returns whether it did.
+    pub(super) fn guess(&mut self, stage: &Stage, targets: &[(usize, f64)]) -> bool {
+        let coordinates = self.v.len();
+        let mut dx: Vec<f64> = self.v.iter().map(|v| (stage.time - self.time) * v).collect();
+        dx.resize(self.x.len(), 0.0);
+        self.parts.held.iter().for_each(|h| dx[h.unknown] = 0.0);
+        for &(i, value) in targets.iter().filter(|(i, _)| *i < coordinates) {
+            dx[i] = value - self.x[i];
+        }
+        let there: Vec<f64> = self.x.iter().zip(&dx).map(|(x, dx)| x + dx).collect();
+        let mut potentials = potentials(&mut self.parts);
+        let energy = |x: &[f64]| potentials.iter().map(|p| p.energy(x)).sum::<f64>();
+        if !(energy(&there) < energy(&self.x)) {
+            return false;
+        }
+        potentials.iter_mut().for_each(|p| p.extrapolate(&self.x, &dx));
+        self.x = there;
+        potentials.iter_mut().for_each(|p| p.prepare(&mut self.x));
+        true
+    }
+
+    /// Goes on from the state of a stage, which the unknowns hold, to the end of its step at `time`, where held unknowns have the values
+    /// `targets`; returns the estimated error over the allowed one, where steps are chosen by it. `before`: directors at the start.
+    ///
+    /// # Errors
+    /// What is impossible at the end; an error that is too large.
+    pub(super) fn finish(
+        &mut self,
+        stage: Stage,
+        targets: &[(usize, f64)],
+        time: f64,
+        before: &[Vector3<f64>],
+    ) -> Result<Option<f64>, StepFailure> {
+        let Some(integration) = &mut self.integration else { return Ok(None) };
+        let coordinates = self.v.len();
+        let [mut end, velocity] = integration.finish(&stage, &self.x[..coordinates]);
+        let held: Vec<usize> = self.parts.held.iter().map(|h| h.unknown).collect();
+        for &(i, value) in targets.iter().filter(|(i, _)| *i < coordinates) {
+            end[i] = value;
+        }
+        let error = self.error_tolerance.and_then(|tolerance| {
+            let mut errors = integration.errors(&stage, &end)?;
+            held.iter().filter(|i| **i < coordinates).for_each(|i| errors[*i] = 0.0);
+            Some(errors.chunks_exact(3).map(|e| e.iter().map(|e| e * e).sum::<f64>().sqrt()).fold(0.0, f64::max) / tolerance)
+        });
+        if let Some(error) = error.filter(|error| !(*error <= 1.0)) {
+            return Err(StepFailure::Inaccurate(error));
+        }
+        let forms = if self.parts.shell.is_viscous() { self.parts.shell.forms(&self.x) } else { Vec::new() };
+        let directors = self.parts.shell.directors().to_vec();
+        if stage.share < 1.0 {
+            let last = integration.directors().unwrap_or(before);
+            let further = integration.further_turn(&stage, [self.time, time]);
+            let mut dx: Vec<f64> = end.iter().zip(&self.x).map(|(end, z)| end - z).collect();
+            dx.extend(self.parts.shell.turns(&self.x, last).into_iter().map(|turn| further * turn));
+            dx.resize(self.x.len(), 0.0);
+            held.iter().filter(|i| **i >= coordinates).for_each(|i| dx[*i] = 0.0);
+            for &(i, turn) in targets.iter().filter(|(i, _)| *i >= coordinates) {
+                dx[i] = (1.0 - stage.share) * turn;
+            }
+            for transport in &mut self.parts.transports {
+                transport.profile.set(transport.diffusion.values());
+            }
+            potentials(&mut self.parts).iter_mut().for_each(|p| p.extrapolate(&self.x, &dx));
+            self.x.iter_mut().zip(&dx).for_each(|(x, dx)| *x += dx);
+            self.x[..coordinates].copy_from_slice(&end);
+            self.parts.shell.prepare(&mut self.x);
+            self.follow(time).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
+            self.set_loads(time);
+        }
+        if let Some(integration) = &mut self.integration {
+            integration.accept(stage, [&end, &velocity], directors, forms);
+        }
+        self.v = velocity;
+        Ok(error)
+    }
+}
