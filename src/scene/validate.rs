@@ -341,7 +341,11 @@ fn statics(statics: &Statics, scene: &Scene) -> Check {
     let relaxes = statics.method == Method::DynamicRelaxation;
     require("statics.method", !relaxes || !statics.stable, "`dynamic-relaxation` goes without `stable`, it ends in minima by itself")?;
     let alone = !relaxes || (statics.arc_length.is_none() && statics.adaptive.is_none());
-    require("statics.method", alone, "`dynamic-relaxation` goes without [statics.arc-length] and [statics.adaptive], which count Newton iterations")?;
+    require(
+        "statics.method",
+        alone,
+        "`dynamic-relaxation` goes without [statics.arc-length] and [statics.adaptive], which count Newton iterations",
+    )?;
     if let Some(table) = &statics.relaxation {
         require("statics.relaxation", relaxes, "needs `method = \"dynamic-relaxation\"`")?;
         within("statics.relaxation.tolerance", table.tolerance, 1e-12..=1e-2)?;

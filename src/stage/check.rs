@@ -4,8 +4,8 @@ use super::{Job, mesh as mesh_stage, print, report, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
 use crate::scene::{
-    Composition, Diffusion, Expr, FlattenOnto, Integrator, Lame, MachineDirection, Material, MeshTable, Method, ModeKind, PinDirector, Rest,
-    Scene, Shell, SpreadForce,
+    Composition, Diffusion, Expr, FlattenOnto, Integrator, Lame, MachineDirection, Material, MeshTable, Method, ModeKind, PinDirector,
+    Rest, Scene, Shell, SpreadForce,
 };
 
 /// Ways in which a body that nothing holds moves without strain.

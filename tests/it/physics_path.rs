@@ -89,7 +89,9 @@ fn a_resumed_path_is_the_same() {
     let (out, _) = parts.ok(&["status", "scene.toml"]);
     assert!(out.contains("done: 12 steps"), "{out}");
     // Adaptive load steps too.
-    let scene = arch(16, "[statics]\nsteps = 20\n[statics.adaptive]\n[output]\ninterval = 0.25\n").replace("force = [300", "force = [150").replace("-953", "-450");
+    let scene = arch(16, "[statics]\nsteps = 20\n[statics.adaptive]\n[output]\ninterval = 0.25\n")
+        .replace("force = [300", "force = [150")
+        .replace("-953", "-450");
     let whole = Sandbox::new(&scene).prepared();
     whole.ok(&["run", "scene.toml"]);
     let parts = Sandbox::new(&scene).prepared();
@@ -108,7 +110,11 @@ fn a_path_ends_on_the_load_factor_one_or_at_a_displacement() {
     assert_eq!(along.last("time_s"), 1.0);
     let worst = along.end.iter().zip(&ahead.end).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
     let way: f64 = along.last("arc_length_m");
-    println!("{} steps, {} factorisations, difference {worst:e} m, way {way} m", along.column("time_s").len(), along.last("factorizations"));
+    println!(
+        "{} steps, {} factorisations, difference {worst:e} m, way {way} m",
+        along.column("time_s").len(),
+        along.last("factorizations")
+    );
     assert!(worst < 1e-6 && way > 5.0);
     let until = "until = { at = [-30.07, 95.37, 0], axis = \"y\", displacement = -40 }";
     let case = run(&arch(16, &format!("{ALONG}{until}\n")));
@@ -133,10 +139,7 @@ fn everything_that_follows_the_load_factor_has_its_derivative() {
         ("force", format!("{clamp}[[edge-load]]\nregion = \"right\"\nforce = [0, 0, 300]\nfactor = \"sin(t) + t^2\"\n")),
         ("pressure", format!("{clamp}[[pressure]]\npressure = 100.0\n")),
         ("motion", format!("{clamp}[[pin]]\nregion = \"right\"\nmotion = {{ z = \"0.1 * t\" }}\n")),
-        (
-            "turn",
-            "[[pin]]\nregion = \"left\"\ndirector = { rotation = { axis = [0, 1, 0], angle = \"30 * t\" } }\n".to_owned(),
-        ),
+        ("turn", "[[pin]]\nregion = \"left\"\ndirector = { rotation = { axis = [0, 1, 0], angle = \"30 * t\" } }\n".to_owned()),
         ("growth", format!("{clamp}[rest.pullback]\nbbar = [\"t + t^2\", 0, 0]\n")),
         ("ramp", format!("{clamp}[rest.isotropic]\ns = \"0.01 * z + 0.01\"\n[[pin]]\nregion = \"right\"\n[gravity]\nfactor = \"t\"\n")),
     ];
@@ -168,8 +171,14 @@ fn wrong_input_is_refused() {
         ("output.interval=0.1", "only grows"),
         ("report.expect=[{name='n',measure='load-factor',reference=0,tolerance=1,source='s',time=0.5}]", "more than once"),
         ("report.expect=[{name='n',measure='load-factor',reference=0,tolerance=1,source='s',limit-point=0}]", "1 or more"),
-        ("report.expect=[{name='n',measure='load-factor',reference=0,tolerance=1,source='s',limit-point=1,passage={measure='load-factor',value=1}}]", "at most one"),
-        ("report.expect=[{name='n',measure='load-factor',reference=0,tolerance=1,source='s',passage={measure={history={column='no'}},value=1}}]", "no column"),
+        (
+            "report.expect=[{name='n',measure='load-factor',reference=0,tolerance=1,source='s',limit-point=1,passage={measure='load-factor',value=1}}]",
+            "at most one",
+        ),
+        (
+            "report.expect=[{name='n',measure='load-factor',reference=0,tolerance=1,source='s',passage={measure={history={column='no'}},value=1}}]",
+            "no column",
+        ),
         ("report.path={measures=[]}", "must not be empty"),
         ("report.path={measures=[{name='t',measure='load-factor'}]}", "a column of this name"),
     ] {

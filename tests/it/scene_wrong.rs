@@ -114,7 +114,11 @@ const WRONG: &[(&str, &str, &str)] = &[
         "exactly one of [statics] and [dynamics] must be given, found none",
     ),
     ("integrator = \"generalised-alpha\"", "integrator = §\"newmark\"", "dynamics.integrator: unknown variant `newmark`"),
-    ("integrator = \"generalised-alpha\"\nspectral_radius = 0.9", "integrator = \"bdf2\"\nspectral_radius = §0.9", "needs `integrator = \"generalised-alpha\"`"),
+    (
+        "integrator = \"generalised-alpha\"\nspectral_radius = 0.9",
+        "integrator = \"bdf2\"\nspectral_radius = §0.9",
+        "needs `integrator = \"generalised-alpha\"`",
+    ),
     ("spectral_radius = 0.9", "spectral_radius = §1.1", "dynamics.spectral_radius = 1.1: must be 0 to 1"),
     ("tolerance = 2e-3", "tolerance = §0.2", "dynamics.adaptive.tolerance = 0.2: must be 0.0000000001 to 0.1"),
     ("largest_dt = 0.2", "largest_dt = §0", "dynamics.adaptive.largest_dt = 0: must be > 0 [s]"),

@@ -35,7 +35,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
             let new = path.measures[..i].iter().all(|other| other.name != entry.name);
             let new = new && !["step", "t"].contains(&entry.name.as_str());
             require(&format!("{key}.name"), new, "a column of this name comes before")?;
-            measure(&format!("{key}.measure"), &entry.measure)?;
+            measure(&format!("{key}.measure"), &entry.measure, scene)?;
         }
     }
     if let Some(table) = &report.ladder {
@@ -63,7 +63,7 @@ fn spot(key: &str, limit_point: Option<usize>, passage: Option<&Passage>, scene:
         require(&key, number > 0, "must be 1 or more")?;
     }
     let Some(passage) = passage else { return Ok(()) };
-    measure(&format!("{key}.passage.measure"), &passage.measure)?;
+    measure(&format!("{key}.passage.measure"), &passage.measure, scene)?;
     finite(&format!("{key}.passage.value"), &[passage.value], "unit of the measure")?;
     require(&format!("{key}.passage.number"), passage.number > 0, "must be 1 or more")
 }
@@ -105,7 +105,11 @@ fn measure(key: &str, measure: &Measure, scene: &Scene) -> Check {
         Measure::Frequency { mode } => modes::mode(&format!("{key}.frequency"), *mode, ModeKind::Vibration, scene),
         Measure::BucklingFactor { mode } => modes::mode(&format!("{key}.buckling-factor"), *mode, ModeKind::Buckling, scene),
         Measure::History { column } => named(&format!("{key}.history.column"), column),
-        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::LoadFactor | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
+        Measure::CurvatureSquare { .. }
+        | Measure::EnergyRatio { .. }
+        | Measure::LoadFactor
+        | Measure::NewtonIterations
+        | Measure::Factorizations => Ok(()),
     }
 }
 
