@@ -50,7 +50,7 @@
 //! # Known gaps
 //!
 //! Contact, incompressible rubber, reactions, arc length and
-//! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
+//! integrators other than implicit Euler are not here yet. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
 //!
 //! # Sources
