@@ -1,9 +1,9 @@
 """Plots error against cost from mesh ladders, one line per director, mesh, sampling and thickness.
 
 Usage: python post/plot_report.py FILE.json ... [-o plot.png]
-                                  [--x wall_s|dofs|faces|factorizations]
+                                  [--x wall_s|gflop|dofs|faces|factorizations]
 
-A row of a ladder has the keys director, mesh, thickness, faces, dofs, error, order, wall_s and
+A row of a ladder has the keys director, mesh, thickness, faces, dofs, error, order, wall_s, gflop and
 factorizations, and sampling where the ladder varies that. Rows are found wherever they stand in the files; all files are drawn into one plot.
 A row whose error is null is left out, and that is said.
 """
@@ -23,6 +23,7 @@ from style import COLOURS, LINES, plt
 
 AXES = {
     "wall_s": "run time [s]",
+    "gflop": "run time [Gflop of dense products]",
     "dofs": "unknowns",
     "faces": "faces",
     "factorizations": "factorisations",

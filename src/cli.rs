@@ -46,7 +46,13 @@ pub struct CommandLine {
     /// Also append all messages to this file, with the time since the start.
     #[arg(long, global = true, value_name = "FILE")]
     log: Option<PathBuf>,
+    /// Threads to work with; results are the same for any number [default: that of THINSHELL_THREADS, or of processors].
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
 }
+
+/// Where the number of threads stands if no flag says it.
+const THREADS: &str = "THINSHELL_THREADS";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
@@ -151,6 +157,7 @@ impl CommandLine {
     /// # Errors
     /// The stage's own.
     pub fn run(&self) -> Result<()> {
+        self.start_threads()?;
         match &self.verb {
             Verb::Check(scene) => self.at(scene, stage::check::run),
             Verb::Mesh(scene) => self.at(scene, stage::mesh::run),
@@ -176,6 +183,20 @@ impl CommandLine {
 
     fn at(&self, arguments: &SceneArgs, stage: impl FnOnce(&Job) -> Result<()>) -> Result<()> {
         explained(Job::read(&arguments.scene, arguments.case.as_deref(), &arguments.overrides.set, self.quiet)?, stage)
+    }
+
+    /// Starts threads beside this one, which works with them.
+    fn start_threads(&self) -> Result<()> {
+        let number = match (self.threads, std::env::var(THREADS)) {
+            (Some(number), _) => usize::from(number),
+            (None, Ok(text)) => match text.parse::<u16>() {
+                Ok(number) if number > 0 => usize::from(number),
+                _ => return Err(Error::input(THREADS, format!("`{text}` is not a number of threads: expected 1 to {}", u16::MAX))),
+            },
+            (None, Err(_)) => std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(number).use_current_thread().build_global();
+        pool.map_err(|error| Error::input("threads", format!("{number} threads cannot be started: {error}")))
     }
 
     /// Sends log records to standard error, and to the file of `--log`.

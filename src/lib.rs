@@ -49,7 +49,7 @@
 //!
 //! # Known gaps
 //!
-//! Contact, incompressible rubber and branches of paths are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
+//! Contact, incompressible rubber and branches of paths are not here yet. A moment on edges that may tilt out of
 //! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane, and modes of buckling do not
 //! see it. Supports hold coordinates along the axes; a slanted plane of symmetry needs a mesh that is turned. The air of [`load::Wind`] is not moved by the shell.
 //!

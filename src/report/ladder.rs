@@ -29,6 +29,8 @@ pub struct LadderRow {
     pub fitted_order: Option<f64>,
     /// Run time [s].
     pub wall_s: f64,
+    /// The same in operations [1e9] that the machine would have done meanwhile in products of dense matrices; see [`super::DenseProduct`].
+    pub gflop: f64,
     /// Numeric factorisations.
     pub factorizations: u64,
     /// Why the run failed.
@@ -86,21 +88,56 @@ pub fn to_json(rows: &[LadderRow]) -> String {
     super::outcome::json(&rows)
 }
 
+/// The table for programs that read no JSON: one line per run, empty where there is no number. Names are those of the JSON.
+pub fn to_csv(rows: &[LadderRow]) -> String {
+    let header = [
+        "director", "mesh", "thickness", "sampling", "faces", "longest_edge", "dofs", "error", "order", "fitted_order", "wall_s", "gflop",
+        "factorizations", "failure",
+    ];
+    let optional = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
+    let mut text = csv::Writer::from_writer(Vec::new());
+    let lines = rows.iter().map(|r| {
+        [
+            r.director.clone(),
+            r.mesh.clone(),
+            r.thickness.to_string(),
+            r.sampling.unwrap_or_default().to_owned(),
+            r.faces.to_string(),
+            r.longest_edge.to_string(),
+            r.dofs.to_string(),
+            optional(r.error),
+            optional(r.order),
+            optional(r.fitted_order),
+            r.wall_s.to_string(),
+            r.gflop.to_string(),
+            r.factorizations.to_string(),
+            r.failure.clone().unwrap_or_default(),
+        ]
+    });
+    for line in std::iter::once(header.map(str::to_owned)).chain(lines) {
+        // Memory takes all, and lines have the same number of cells.
+        let _ = text.write_record(line);
+    }
+    String::from_utf8(text.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
 /// The table as Markdown, and the expectations that were missed. A column of samplings only where rows have them.
 pub fn to_markdown(rows: &[LadderRow]) -> String {
     let optional = |value: Option<f64>| value.map_or("-".into(), number);
+    // Two digits at least.
+    let time = |t: f64| if t < 0.1 { format!("{t:.4}") } else { format!("{t:.2}") };
     let sampled = rows.iter().any(|r| r.sampling.is_some());
     let row = |r: &LadderRow| {
         let [order, fitted] = [r.order, r.fitted_order].map(|order| order.map_or("-".into(), |o| format!("{o:.2}")));
         let error = r.failure.as_ref().map_or_else(|| optional(r.error), |f| format!("failed: {}", cell(f)));
         let counts =
-            [r.faces.to_string(), r.dofs.to_string(), error, order, fitted, format!("{:.2}", r.wall_s), r.factorizations.to_string()];
+            [r.faces.to_string(), r.dofs.to_string(), error, order, fitted, time(r.wall_s), time(r.gflop), r.factorizations.to_string()];
         let sampling = sampled.then(|| r.sampling.unwrap_or("-").to_owned());
         let kind = [cell(&r.director), cell(&r.mesh)].into_iter().chain(sampling).chain([number(r.thickness)]);
         kind.chain(counts).collect()
     };
     let sampling = sampled.then_some("sampling");
-    let counts = ["thickness [m]", "faces", "unknowns", "error", "order", "fitted order", "run time [s]", "factorisations"];
+    let counts = ["thickness [m]", "faces", "unknowns", "error", "order", "fitted order", "run time [s]", "Gflop", "factorisations"];
     let header: Vec<&str> = ["director", "mesh"].into_iter().chain(sampling).chain(counts).collect();
     let mut text = table(&header, header.len() - counts.len(), &rows.iter().map(row).collect::<Vec<_>>());
     let missed: Vec<String> = rows.iter().flat_map(|r| r.missed.iter().map(|m| format!("- {}: {m}\n", r.kind()))).collect();

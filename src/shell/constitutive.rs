@@ -8,7 +8,7 @@ use super::material::{Constitution, Material, Response, Stiffness, expand, facto
 use super::projection::project_tangent;
 
 /// Law of all faces of a shell.
-pub trait Constitutive {
+pub trait Constitutive: Sync {
     /// For `points` integration points; one material a face, and one constitution a face or none at all for the default.
     fn new(materials: Vec<Material>, constitutions: Vec<Constitution>, points: usize) -> Self;
 

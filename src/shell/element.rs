@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub type Strain = [f64; 6];
 
 /// A kind of shell element with `N` unknowns per face and `P` integration points.
-pub trait Element<const N: usize, const P: usize> {
+pub trait Element<const N: usize, const P: usize>: Sync {
     /// Geometry of one face at one state, computed once for values and derivatives.
     type Geometry;
 

@@ -9,8 +9,9 @@ use super::element::{Element, Strain};
 use super::material::{Constitution, Material, split};
 use super::projection::project_stress;
 use super::rest::Forms;
-use crate::sparse::{Curvature, Numbering, Pattern, Potential, Scatter, System};
+use crate::sparse::{Contribution, Curvature, Numbering, Pattern, Potential, Scatter, System, collect, fill};
 use nalgebra::Vector3;
+use std::ops::Range;
 
 /// A shell as the rest of the program sees it, whatever its element.
 pub trait Shell: Potential {
@@ -145,99 +146,91 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
         self.element.geometry(face, &u)
     }
 
-    /// Runs a task on all faces at `x`.
-    fn run(&self, x: &[f64], task: Task) -> f64 {
-        pulp::Arch::new().dispatch(Faces { shell: self, x, task })
+    /// Energy [J].
+    fn sum_energy(&self, x: &[f64]) -> f64 {
+        collect(self.element.faces(), 0.0, |faces, energies| self.run(x, faces, Task::Energy(energies))).iter().sum()
     }
 
-    /// Energy [J].
+    /// Runs a task on some faces at `x`.
+    fn run(&self, x: &[f64], faces: Range<usize>, task: Task<N>) {
+        pulp::Arch::new().dispatch(Faces { shell: self, x, faces, task });
+    }
+
+    /// Energy of one face [J].
     #[inline(always)]
-    fn sum_energy(&self, x: &[f64]) -> f64 {
+    fn energy_of(&self, face: usize, x: &[f64]) -> f64 {
+        let forms = self.element.forms(&self.geometry(face, x));
         let mut energy = 0.0;
-        for face in 0..self.element.faces() {
-            let forms = self.element.forms(&self.geometry(face, x));
-            for (k, eps) in forms.iter().enumerate() {
-                energy += self.stress(face, P * face + k, eps).1;
-            }
+        for (k, eps) in forms.iter().enumerate() {
+            energy += self.stress(face, P * face + k, eps).1;
         }
         energy
     }
 
-    /// Adds the gradient; returns the energy [J].
+    /// Gradient and energy [J] of one face.
     #[inline(always)]
-    fn add_gradient(&self, x: &[f64], into: &mut System) -> f64 {
-        let mut energy = 0.0;
-        for face in 0..self.element.faces() {
-            let geometry = self.geometry(face, x);
-            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
-            let mut gradient = [0.0; N];
-            for k in 0..P {
-                let (stress, e) = self.stress(face, P * face + k, &forms[k]);
-                energy += e;
-                for i in 0..6 {
-                    for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
-                        *g += stress[i] * j;
-                    }
+    fn gradient_of(&self, face: usize, x: &[f64]) -> ([f64; N], f64) {
+        let geometry = self.geometry(face, x);
+        let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+        let (mut gradient, mut energy) = ([0.0; N], 0.0);
+        for k in 0..P {
+            let (stress, e) = self.stress(face, P * face + k, &forms[k]);
+            energy += e;
+            for i in 0..6 {
+                for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
+                    *g += stress[i] * j;
                 }
             }
-            self.scatter.add_gradient(face, &gradient, into);
         }
-        energy
+        (gradient, energy)
     }
 
-    /// Adds gradient and Hessian; returns the energy [J].
+    /// Sets energy [J], gradient and Hessian of one face.
     #[inline(always)]
-    fn add_all(&self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
-        let mut energy = 0.0;
+    fn set_all(&self, face: usize, x: &[f64], curvature: Curvature, into: &mut Contribution<N>) {
         let viscous = self.damping.as_ref().map_or(0.0, |d| d.ratio);
         let semidefinite = curvature == Curvature::Projected;
-        for face in 0..self.element.faces() {
-            let geometry = self.geometry(face, x);
-            let forms = self.element.forms(&geometry);
-            let jacobian = self.element.jacobian(&geometry);
-            let (mut gradient, mut hessian) = ([0.0; N], [[0.0; N]; N]);
-            let (mut weights, mut material) = ([[0.0; 6]; P], [[[0.0; N]; 6]; P]);
-            for k in 0..P {
-                let point = P * face + k;
-                let (stress, e) = self.stress(face, point, &forms[k]);
-                energy += e;
-                weights[k] = match curvature {
-                    Curvature::Mixed => self.lagged[point],
-                    Curvature::Projected => {
-                        let mut w = stress;
-                        let rest = self.law.rest(point);
-                        project_stress(&mut w, [rest[0], rest[1], rest[2]]);
-                        w
-                    }
-                };
-                for i in 0..6 {
-                    for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
-                        *g += stress[i] * j;
-                    }
+        let geometry = self.geometry(face, x);
+        let forms = self.element.forms(&geometry);
+        let jacobian = self.element.jacobian(&geometry);
+        let Contribution { energy, gradient, hessian } = into;
+        (*energy, *gradient, *hessian) = (0.0, [0.0; N], [[0.0; N]; N]);
+        let (mut weights, mut material) = ([[0.0; 6]; P], [[[0.0; N]; 6]; P]);
+        for k in 0..P {
+            let point = P * face + k;
+            let (stress, e) = self.stress(face, point, &forms[k]);
+            *energy += e;
+            weights[k] = match curvature {
+                Curvature::Mixed => self.lagged[point],
+                Curvature::Projected => {
+                    let mut w = stress;
+                    let rest = self.law.rest(point);
+                    project_stress(&mut w, [rest[0], rest[1], rest[2]]);
+                    w
                 }
-                self.law.set_rows((face, point, &forms[k]), viscous, semidefinite, &jacobian[k], &mut material[k]);
+            };
+            for i in 0..6 {
+                for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
+                    *g += stress[i] * j;
+                }
             }
-            add_material_stiffness(&jacobian, &material, E::STRETCHING, &mut hessian);
-            self.element.hessian(&geometry, &weights, semidefinite, &mut hessian);
-            self.scatter.add_gradient(face, &gradient, into);
-            self.scatter.add_hessian(face, &hessian, into);
+            self.law.set_rows((face, point, &forms[k]), viscous, semidefinite, &jacobian[k], &mut material[k]);
         }
-        energy
+        add_material_stiffness(&jacobian, &material, E::STRETCHING, hessian);
+        self.element.hessian(&geometry, &weights, semidefinite, hessian);
     }
 
     /// Sets the stresses that the linearised law gives after the movement `dx`.
     #[inline(always)]
-    fn extrapolate_stresses(&self, x: &[f64], dx: &[f64], lagged: &mut [Strain]) {
-        for face in 0..self.element.faces() {
-            let geometry = self.geometry(face, x);
-            let du = self.scatter.gather(face, dx);
-            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
-            for k in 0..P {
-                let d: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&du).map(|(j, d)| j * d).sum::<f64>());
-                let mut stress = self.law.linearised(face, P * face + k, &forms[k], &d);
-                self.add_viscous(face, P * face + k, &std::array::from_fn(|i| forms[k][i] + d[i]), &mut stress);
-                lagged[P * face + k] = stress;
-            }
+    fn extrapolate_stresses(&self, face: usize, x: &[f64], dx: &[f64], lagged: &mut [Strain]) {
+        let geometry = self.geometry(face, x);
+        let du = self.scatter.gather(face, dx);
+        let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+        for k in 0..P {
+            let d: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&du).map(|(j, d)| j * d).sum::<f64>());
+            let mut stress = self.law.linearised(face, P * face + k, &forms[k], &d);
+            self.add_viscous(face, P * face + k, &std::array::from_fn(|i| forms[k][i] + d[i]), &mut stress);
+            lagged[k] = stress;
         }
     }
 
@@ -260,15 +253,19 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
     }
 
     fn energy(&self, x: &[f64]) -> f64 {
-        self.run(x, Task::Energy)
+        self.sum_energy(x)
     }
 
     fn assemble(&mut self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
-        self.run(x, Task::Assemble(curvature, into))
+        self.scatter.add_all(into, |faces, parts| self.run(x, faces, Task::Assemble(curvature, parts)))
     }
 
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
-        self.run(x, Task::Gradient(into))
+        let parts = collect(self.element.faces(), ([0.0; N], 0.0), |faces, parts| self.run(x, faces, Task::Gradient(parts)));
+        for (face, (gradient, _)) in parts.iter().enumerate() {
+            self.scatter.add_gradient(face, gradient, into);
+        }
+        parts.iter().map(|(_, energy)| energy).sum()
     }
 
     fn save(&mut self) {
@@ -302,7 +299,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
 
     fn extrapolate(&mut self, x: &[f64], dx: &[f64]) {
         let mut lagged = std::mem::take(&mut self.lagged);
-        self.run(x, Task::Extrapolate(dx, &mut lagged));
+        fill(&mut lagged, P, |faces, part| self.run(x, faces, Task::Extrapolate(dx, part)));
         self.lagged = lagged;
     }
 
@@ -316,11 +313,11 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
     }
 }
 
-/// What is done with all faces in one go.
-enum Task<'a> {
-    Energy,
-    Gradient(&'a mut System),
-    Assemble(Curvature, &'a mut System),
+/// What is done with some faces in one go; one place in the slice for each face, or integration point.
+enum Task<'a, const N: usize> {
+    Energy(&'a mut [f64]),
+    Gradient(&'a mut [([f64; N], f64)]),
+    Assemble(Curvature, &'a mut [Contribution<N>]),
     Extrapolate(&'a [f64], &'a mut [Strain]),
 }
 
@@ -329,23 +326,22 @@ enum Task<'a> {
 struct Faces<'a, E, const N: usize, const P: usize, L> {
     shell: &'a Koiter<E, N, P, L>,
     x: &'a [f64],
-    task: Task<'a>,
+    faces: Range<usize>,
+    task: Task<'a, N>,
 }
 
 impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> pulp::WithSimd for Faces<'_, E, N, P, L> {
-    /// Energy [J], where the task has one.
-    type Output = f64;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-        let Faces { shell, x, task } = self;
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Faces { shell, x, faces, task } = self;
         match task {
-            Task::Energy => shell.sum_energy(x),
-            Task::Gradient(into) => shell.add_gradient(x, into),
-            Task::Assemble(curvature, into) => shell.add_all(x, curvature, into),
-            Task::Extrapolate(dx, lagged) => {
-                shell.extrapolate_stresses(x, dx, lagged);
-                0.0
+            Task::Energy(into) => faces.zip(into).for_each(|(face, energy)| *energy = shell.energy_of(face, x)),
+            Task::Gradient(into) => faces.zip(into).for_each(|(face, part)| *part = shell.gradient_of(face, x)),
+            Task::Assemble(curvature, into) => faces.zip(into).for_each(|(face, part)| shell.set_all(face, x, curvature, part)),
+            Task::Extrapolate(dx, into) => {
+                faces.zip(into.chunks_exact_mut(P)).for_each(|(face, part)| shell.extrapolate_stresses(face, x, dx, part));
             }
         }
     }

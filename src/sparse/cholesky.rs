@@ -1,23 +1,23 @@
-//! Sparse Cholesky factorisation by faer: one symbolic analysis, many numeric factorisations into the same memory.
+//! Sparse factorisation `L D L^T`: one symbolic analysis, by faer, many numeric factorisations into the same memory.
 
 use super::Pattern;
+use super::multifrontal::Fronts;
 use crate::error::{Error, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
+use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::{Conj, MatMut, Par, Side};
 
-/// Kind of factorisation.
+/// What a matrix has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// `L L^T`, for positive definite matrices.
+    /// Positive definite.
     Llt,
-    /// `L D L^T`, whose pivots tell the number of negative eigenvalues.
+    /// Regular; the pivots tell the number of negative eigenvalues.
     Ldlt,
 }
 
@@ -44,15 +44,17 @@ fn out_of_memory() -> Error {
 fn analyse(pattern: &Pattern, ordering: SymmetricOrdering<'_, u32>) -> Result<SymbolicCholesky<u32>> {
     let n = pattern.len();
     let matrix = SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_start, None, &pattern.row);
-    factorize_symbolic_cholesky(matrix, Side::Lower, ordering, CholeskySymbolicParams::default()).map_err(|_| out_of_memory())
+    let parameters = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
+    factorize_symbolic_cholesky(matrix, Side::Lower, ordering, parameters).map_err(|_| out_of_memory())
 }
 
 /// Symbolic analysis, factor values and work space of one pattern.
 pub struct Cholesky {
     symbolic: SymbolicCholesky<u32>,
+    /// None for a matrix without rows.
+    fronts: Option<Fronts>,
     values: Vec<f64>,
     work: MemBuffer,
-    kind: Kind,
     /// Largest absolute value in each column of the matrix last factorised: the scale that a pivot is zero against.
     scale: Vec<f64>,
 }
@@ -60,7 +62,7 @@ pub struct Cholesky {
 impl Cholesky {
     /// Analyses a pattern: approximate minimum degree ordering and supernodes. Errors: out of memory.
     pub fn new(pattern: &Pattern) -> Result<Self> {
-        Self::prepare(analyse(pattern, SymmetricOrdering::Amd)?)
+        Self::prepare(pattern, analyse(pattern, SymmetricOrdering::Amd)?)
     }
 
     /// Analyses a pattern whose unknowns come in blocks of equal size, each a row of `blocks`: the ordering is that of the blocks. Where
@@ -72,98 +74,61 @@ impl Cholesky {
         let forward: Vec<u32> = order.arrays().0.iter().flat_map(|b| (0..size).map(move |k| b * size as u32 + k as u32)).collect();
         let mut inverse = vec![0; forward.len()];
         forward.iter().enumerate().for_each(|(i, unknown)| inverse[*unknown as usize] = i as u32);
-        Self::prepare(analyse(pattern, SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, pattern.len())))?)
+        let order = PermRef::new_checked(&forward, &inverse, pattern.len());
+        Self::prepare(pattern, analyse(pattern, SymmetricOrdering::Custom(order))?)
     }
 
     /// Makes room for the factor.
-    fn prepare(symbolic: SymbolicCholesky<u32>) -> Result<Self> {
-        let n = symbolic.nrows();
-        let request = symbolic
-            .factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default())
-            .or(symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()))
-            .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        let work = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
+    fn prepare(pattern: &Pattern, symbolic: SymbolicCholesky<u32>) -> Result<Self> {
+        let work = MemBuffer::try_new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)).map_err(|_| out_of_memory())?;
+        let fronts = match symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodes) => {
+                Some(Fronts::new(supernodes, pattern, symbolic.perm().map(|order| order.arrays().1)))
+            }
+            SymbolicCholeskyRaw::Simplicial(_) => None,
+        };
         let values = vec![0.0; symbolic.len_val()];
-        Ok(Cholesky { symbolic, values, work, kind: Kind::Llt, scale: vec![0.0; n] })
+        if let Some(fronts) = &fronts {
+            let threads = if fronts.is_shared() { rayon::current_num_threads() } else { 1 };
+            log::debug!("factor of {} numbers in {:.1e} multiplications; threads: {threads}", values.len(), fronts.work());
+        }
+        Ok(Cholesky { fronts, values, work, scale: vec![0.0; symbolic.nrows()], symbolic })
+    }
+
+    /// Whether several threads share a factorisation, which changes no bit of it.
+    pub fn is_shared(&self) -> bool {
+        self.fronts.as_ref().is_some_and(Fronts::is_shared)
     }
 
     /// Factorises `matrix`, the values of the pattern, into the memory of the last factorisation.
     pub fn refactor(&mut self, pattern: &Pattern, matrix: &[f64], kind: Kind) -> Result<Refactored, Pivot> {
-        let n = pattern.len();
-        let a = SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_start, None, &pattern.row), matrix);
-        self.kind = kind;
-        let stack = MemStack::new(&mut self.work);
-        let unknown = |index: usize| match self.symbolic.perm() {
-            Some(perm) => perm.arrays().0[index] as usize,
-            None => index,
-        };
-        // The factorisation counts a failed column from 1 where it is simplicial, from 0 where it is supernodal.
-        let failed = |index: usize| match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(_) => unknown(index.saturating_sub(1)),
-            SymbolicCholeskyRaw::Supernodal(_) => unknown(index),
-        };
-        match kind {
-            Kind::Llt => {
-                self.symbolic
-                    .factorize_numeric_llt(&mut self.values, a, Side::Lower, LltRegularization::default(), Par::Seq, stack, Spec::default())
-                    .map_err(|LltError::NonPositivePivot { index }| Pivot { unknown: failed(index), zero: false })?;
-                Ok(Refactored { negative_pivots: 0 })
-            }
-            Kind::Ldlt => {
-                self.symbolic
-                    .factorize_numeric_ldlt(
-                        &mut self.values,
-                        a,
-                        Side::Lower,
-                        LdltRegularization::default(),
-                        Par::Seq,
-                        stack,
-                        Spec::default(),
-                    )
-                    .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: failed(index), zero: true })?;
-                self.scale.fill(0.0);
-                for j in 0..n {
-                    for k in pattern.column_start[j] as usize..pattern.column_start[j + 1] as usize {
-                        let (i, v) = (pattern.row[k] as usize, matrix[k].abs());
-                        self.scale[i] = self.scale[i].max(v);
-                        self.scale[j] = self.scale[j].max(v);
-                    }
-                }
-                let mut negative_pivots = 0;
-                let mut singular = None;
-                self.each_pivot(|index, d| {
-                    negative_pivots += usize::from(d < 0.0);
-                    let u = unknown(index);
-                    // Round-off leaves about eps of the row's scale where a mechanism's pivot should be zero.
-                    if !d.is_finite() || d.abs() <= 16.0 * f64::EPSILON * self.scale[u] {
-                        singular.get_or_insert(Pivot { unknown: u, zero: d.is_finite() });
-                    }
-                });
-                singular.map_or(Ok(Refactored { negative_pivots }), Err)
+        let Some(fronts) = &self.fronts else { return Ok(Refactored { negative_pivots: 0 }) };
+        let unknown = |index: usize| self.symbolic.perm().map_or(index, |order| order.arrays().0[index] as usize);
+        fronts
+            .factorize(matrix, &mut self.values, kind == Kind::Llt)
+            .map_err(|index| Pivot { unknown: unknown(index), zero: kind == Kind::Ldlt })?;
+        if kind == Kind::Llt {
+            return Ok(Refactored { negative_pivots: 0 });
+        }
+        self.scale.fill(0.0);
+        for j in 0..pattern.len() {
+            for k in pattern.column_start[j] as usize..pattern.column_start[j + 1] as usize {
+                let (i, v) = (pattern.row[k] as usize, matrix[k].abs());
+                self.scale[i] = self.scale[i].max(v);
+                self.scale[j] = self.scale[j].max(v);
             }
         }
-    }
-
-    /// Shows each pivot of the `L D L^T` factorisation, in elimination order.
-    fn each_pivot(&self, mut visit: impl FnMut(usize, f64)) {
-        match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(s) => {
-                for j in 0..s.nrows() {
-                    visit(j, self.values[s.col_ptr()[j] as usize]);
-                }
+        let mut negative_pivots = 0;
+        let mut singular = None;
+        fronts.each_pivot(&self.values, |index, d| {
+            negative_pivots += usize::from(d < 0.0);
+            let u = unknown(index);
+            // Round-off leaves about eps of the row's scale where a mechanism's pivot should be zero.
+            if !d.is_finite() || d.abs() <= 16.0 * f64::EPSILON * self.scale[u] {
+                singular.get_or_insert(Pivot { unknown: u, zero: d.is_finite() });
             }
-            SymbolicCholeskyRaw::Supernodal(s) => {
-                for k in 0..s.n_supernodes() {
-                    let (begin, end) = (s.supernode_begin()[k] as usize, s.supernode_end()[k] as usize);
-                    let columns = end - begin;
-                    let start = s.col_ptr_for_val()[k] as usize;
-                    let rows = (s.col_ptr_for_val()[k + 1] as usize - start) / columns.max(1);
-                    for c in 0..columns {
-                        visit(begin + c, self.values[start + c * rows + c]);
-                    }
-                }
-            }
-        }
+        });
+        singular.map_or(Ok(Refactored { negative_pivots }), Err)
     }
 
     /// Solves with the last factorisation, in place. `x`: right-hand side, then solution, over the free unknowns.
@@ -171,10 +136,7 @@ impl Cholesky {
         let n = x.len();
         let stack = MemStack::new(&mut self.work);
         let rhs = MatMut::from_column_major_slice_mut(x, n, 1);
-        match self.kind {
-            Kind::Llt => LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack),
-            Kind::Ldlt => LdltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack),
-        }
+        LdltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack);
     }
 }
 

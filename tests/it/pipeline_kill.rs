@@ -1,6 +1,6 @@
 //! Runs that are killed, interrupted, or started twice.
 
-use super::pipeline_support::{DYNAMIC, Sandbox, names, text, with};
+use super::pipeline_support::{DYNAMIC, STATIC, Sandbox, names, text, with};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::os::unix::process::ExitStatusExt;
@@ -35,28 +35,65 @@ fn leftovers(sandbox: &Sandbox) -> Vec<String> {
     [names(&sandbox.case("")), names(&sandbox.case("run"))].concat().into_iter().filter(|n| n.contains(".tmp-")).collect()
 }
 
-#[test]
-fn killed_at_any_moment() {
-    let whole = Sandbox::new(&long()).prepared();
+/// Kills runs at random moments until so many were alive when it struck; whenever one ends, its files must be those of a run that was
+/// never killed, and the next begins. Returns how many ended.
+fn strike(scene: &str, threads: &str, kills: u32, mut seed: u64) -> u32 {
+    let whole = Sandbox::new(scene).prepared();
     let started = Instant::now();
     whole.ok(&["run", "scene.toml"]);
     let duration = started.elapsed().as_micros() as u64;
-    let sandbox = Sandbox::new(&long()).prepared();
-    let (mut seed, mut killed) = (20_240_229u64, 0);
-    for _ in 0..8 {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = sandbox.spawn(&["run", "scene.toml"]);
-        std::thread::sleep(Duration::from_micros((seed >> 33) % (duration / 5)));
-        child.kill().unwrap();
-        killed += u32::from(child.wait().unwrap().signal() == Some(9));
+    let run = ["run", "scene.toml", "--threads", threads];
+    let (mut killed, mut ended) = (0, 0);
+    while killed < kills {
+        let sandbox = Sandbox::new(scene).prepared();
+        loop {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let mut child = sandbox.spawn(&run);
+            std::thread::sleep(Duration::from_micros((seed >> 33) % (duration / 3)));
+            child.kill().unwrap();
+            match child.wait().unwrap() {
+                status if status.signal() == Some(9) => killed += 1,
+                status => assert!(status.success()),
+            }
+            if killed >= kills || sandbox.ok(&["status", "scene.toml"]).0.contains("run     done") {
+                break;
+            }
+        }
+        sandbox.ok(&run);
+        let (a, b) = (whole.result(), sandbox.result());
+        assert_eq!(a.2, b.2);
+        assert_eq!(a.1, b.1);
+        assert!(a.0 == b.0, "the last checkpoint differs");
+        assert_eq!(leftovers(&sandbox), Vec::<String>::new());
+        ended += 1;
     }
-    assert!(killed > 3, "only {killed} runs were alive when they were killed");
-    sandbox.ok(&["run", "scene.toml"]);
-    let (a, b) = (whole.result(), sandbox.result());
-    assert_eq!(a.2, b.2);
-    assert_eq!(a.1, b.1);
-    assert!(a.0 == b.0, "the last checkpoint differs");
-    assert_eq!(leftovers(&sandbox), Vec::<String>::new());
+    ended
+}
+
+#[test]
+fn killed_at_any_moment() {
+    strike(&long(), "1", 8, 20_240_229);
+}
+
+/// More of the same on command, `KILLS` times in all, with everything that a checkpoint may hold:
+///
+///     KILLS=200 cargo test --release --test it pipeline_kill::killed_very_often -- --ignored --nocapture
+#[test]
+#[ignore = "kills as often as KILLS says"]
+fn killed_very_often() {
+    let kills: u32 = std::env::var("KILLS").ok().and_then(|v| v.parse().ok()).unwrap_or(20);
+    let quadratic = with(&with(DYNAMIC, "element = \"linear\"", "element = \"quadratic\""), "dt = 2e-3", "dt = 5e-4");
+    let growth = "[rest.linear]\nm_plus = \"3 * sin(40 * t + 30 * x)\"\nm_minus = \"-2 * t\"\nmu = 0.01\n";
+    let moisture = "[moisture]\nlayers = 4\nscheme = \"sdirk2\"\ndiffusivity = { through = 1e-6, along = 1e-5 }\n\
+                    [[moisture.boundary]]\nside = \"top\"\nvalue = 10\n[rest.linear]\nmu = 1e-3\n";
+    let moist = with(&with(&quadratic, growth, moisture), "[rest]\nramp = \"min(1, 20 * t)\"\n", "");
+    let load_steps = with(STATIC, "steps = 8", "steps = 60");
+    let scenes = [("motion", long()), ("quadratic", quadratic), ("moisture", moist), ("statics", load_steps)];
+    for (k, (name, scene)) in scenes.iter().enumerate() {
+        let share = kills / 4 + u32::from(kills % 4 > k as u32);
+        let ended = strike(scene, ["1", "2"][k % 2], share, 77 + k as u64);
+        println!("{name}: {share} kills in {ended} runs, each of which ended with the same bits as the one that was not killed");
+    }
 }
 
 #[test]

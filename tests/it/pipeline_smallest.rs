@@ -131,15 +131,17 @@ fn a_ladder_has_rows_with_these_keys() {
             "order",
             "fitted_order",
             "wall_s",
+            "gflop",
             "factorizations",
         ];
         assert_eq!(keys(row), BTreeSet::from(all));
+        assert!(row["gflop"].as_f64().unwrap() > 1e8 * 1e-9 * row["wall_s"].as_f64().unwrap(), "no machine is so slow: {row}");
     }
     assert!(rows[0]["order"].is_null() && rows[2]["order"].is_null());
     // Second order of the angle per edge: measured 1.99.
     assert!((rows[1]["order"].as_f64().unwrap() - 2.0).abs() < 0.2, "{}", rows[1]);
     assert_eq!(out.lines().count(), 6, "{out}");
-    assert!(sandbox.case("ladder.json").exists() && sandbox.case("ladder.md").exists());
+    assert!(sandbox.case("ladder.json").exists() && sandbox.case("ladder.csv").exists() && sandbox.case("ladder.md").exists());
     assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml", "--set", "report.ladder.resolutions=[]"]).contains("resolutions"));
     sandbox.rewrite(FALL);
     assert!(sandbox.fails(2, &["report", "--ladder", "scene.toml"]).contains("report.ladder: scene.toml has no such table"));

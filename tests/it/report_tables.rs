@@ -82,13 +82,24 @@ fn ladder_has_exactly_these_keys() {
     let rows = [row("free-tan", 1e-3, 100, Some(3.2e-4)), failed, row("free-sin", 1e-3, 100, Some(f64::NAN))];
     let expected = json!([
         {"director": "free-tan", "mesh": "jittered", "thickness": 1e-3, "faces": 100, "longest_edge": 0.1, "dofs": 300, "error": 3.2e-4, "order": null,
-            "fitted_order": null, "wall_s": 0.0, "factorizations": 0},
+            "fitted_order": null, "wall_s": 0.0, "gflop": 0.0, "factorizations": 0},
         {"director": "average", "mesh": "jittered", "thickness": 1e-3, "faces": 400, "longest_edge": 0.05, "dofs": 1200, "error": null, "order": null,
-            "fitted_order": null, "wall_s": 0.0, "factorizations": 0, "failure": "no | convergence\nat step 3"},
+            "fitted_order": null, "wall_s": 0.0, "gflop": 0.0, "factorizations": 0, "failure": "no | convergence\nat step 3"},
         {"director": "free-sin", "mesh": "jittered", "thickness": 1e-3, "faces": 100, "longest_edge": 0.1, "dofs": 300, "error": null, "order": null,
-            "fitted_order": null, "wall_s": 0.0, "factorizations": 0},
+            "fitted_order": null, "wall_s": 0.0, "gflop": 0.0, "factorizations": 0},
     ]);
     assert_eq!(serde_json::from_str::<Value>(&ladder::to_json(&rows)).unwrap(), expected);
+    let text = ladder::to_csv(&rows);
+    let mut table = csv::Reader::from_reader(text.as_bytes());
+    let header: Vec<String> = table.headers().unwrap().iter().map(str::to_owned).collect();
+    let records: Vec<csv::StringRecord> = table.records().map(|r| r.unwrap()).collect();
+    let of = |row: usize, name: &str| records[row][header.iter().position(|h| h == name).unwrap()].to_owned();
+    assert_eq!((of(0, "director"), of(0, "error"), of(0, "order")), ("free-tan".into(), "0.00032".into(), String::new()));
+    assert_eq!((of(1, "error"), of(1, "failure")), (String::new(), "no | convergence\nat step 3".into()));
+    // Every key is a column.
+    for key in expected[1].as_object().unwrap().keys() {
+        assert!(header.contains(key), "{key}");
+    }
     let markdown = ladder::to_markdown(&rows);
     assert_eq!(markdown.lines().count(), 5, "{markdown}");
     assert!(markdown.contains("failed: no \\| convergence at step 3") && markdown.contains("3.200e-4"), "{markdown}");

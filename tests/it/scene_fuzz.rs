@@ -6,7 +6,7 @@ use thinshell::scene::{self, to_toml};
 const FULL: &str = include_str!("full.toml");
 
 /// Reads; what is accepted must survive the way to text and back.
-fn read(text: &str, overrides: &[String]) {
+pub fn read(text: &str, overrides: &[String]) {
     match scene::parse("fuzz.toml", text, overrides) {
         Ok((scene, _)) => assert_eq!(scene::parse("again.toml", &to_toml(&scene), &[]).map(|(again, _)| again).ok(), Some(scene)),
         Err(error) => {

@@ -3,8 +3,9 @@
 use super::super::Job;
 use super::case::attempt;
 use super::path::Spot;
+use crate::case::atomic;
 use crate::error::{Error, Result};
-use crate::report::{LadderRow, ladder as table};
+use crate::report::{DenseProduct, LadderRow, ladder as table};
 use crate::scene::{
     Director, Element, Expectation, Ladder, LadderExpectation, LadderMesh, MeshTable, Refine, Refinement, Rest, Sampling, Scene,
 };
@@ -21,7 +22,7 @@ struct Variant<'a> {
 }
 
 /// Runs the scene at every combination that its `[report.ladder]` lists, in folders of their own that do not stay, and tabulates error
-/// against run time (`ladder.json`, `ladder.md` in the case, and `json`).
+/// against run time (`ladder.json`, `ladder.csv` and `ladder.md` in the case, and `json`).
 ///
 /// # Errors
 /// A scene without a ladder, input errors of any combination, [`Error::Missed`] when an expectation of the ladder is. Numerical failures
@@ -31,10 +32,12 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
         return Err(Error::input("report.ladder", format!("{} has no such table", job.scene_file.display())));
     };
     let mut rows = Vec::new();
+    let mut machine = DenseProduct::default();
     for variant in variants(job, ladder) {
         let meets: Vec<&String> = ladder.expectations.iter().filter(|e| variant.is_meant_by(e)).flat_map(|e| &e.meets).collect();
         let met: Vec<&Expectation> = report.expectations.iter().filter(|e| meets.contains(&&e.name)).collect();
         for resolution in &ladder.resolutions {
+            machine.round();
             let is_finest = ladder.resolutions.last() == Some(resolution);
             let row = run(job, ladder, &variant, *resolution, if is_finest { &met } else { &[] })?;
             let error = row.error.map_or("none".to_owned(), |e| format!("{e:.3e}"));
@@ -42,6 +45,7 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
             rows.push(row);
         }
     }
+    rows.iter_mut().for_each(|row| row.gflop = 1e-9 * machine.rate() * row.wall_s);
     table::orders(&mut rows);
     // The finest run of a variant is its last.
     let finest = rows.chunks_exact_mut(ladder.resolutions.len().max(1)).filter_map(|rows| rows.last_mut());
@@ -54,6 +58,8 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
             row.expect(order, expected.least_order, expected.largest_error, &expected.source);
         }
     }
+    std::fs::create_dir_all(&job.case).map_err(|e| Error::io("create", &job.case, e))?;
+    atomic::write(&job.case.join("ladder.csv"), table::to_csv(&rows).as_bytes())?;
     super::publish(job, "ladder", &table::to_json(&rows), &table::to_markdown(&rows), json)?;
     let missed = rows.iter().map(|row| row.missed.len()).sum::<usize>();
     if missed == 0 { Ok(()) } else { Err(Error::Missed(format!("expectations of the ladder missed: {missed}"))) }
