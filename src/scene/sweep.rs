@@ -133,8 +133,11 @@ impl<'de> Deserialize<'de> for SweepValue {
 pub struct SweepMeasure {
     /// Name in the table.
     pub name: String,
-    /// What is measured at the end of each run, or at `limit-point` or `passage`.
+    /// What is measured at the end of each run, or at `time`, `limit-point` or `passage`.
     pub measure: Measure,
+    /// Time of the checkpoint to measure [s]; the nearest kept one is taken. Absent: the last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
     /// Number of a limit point, from 1, on a path by arc length.
     #[serde(default, rename = "limit-point", skip_serializing_if = "Option::is_none")]
     pub limit_point: Option<usize>,

@@ -15,6 +15,8 @@ const SHORTER: u32 = 3;
 pub struct Stepping {
     /// Steps of time or of the load factor.
     pub control: StepControl,
+    /// Whether the states of all steps are kept, not only those at output times.
+    keeps_all: bool,
     path: Option<Path>,
 }
 
@@ -75,7 +77,7 @@ impl Stepping {
                 Some(Path { control, most_steps: table.most_steps as u64, until: until.transpose()?, way: 0.0 })
             }
         };
-        Ok(Stepping { control: control(scene), path })
+        Ok(Stepping { control: control(scene), keeps_all: scene.output.interval.is_none(), path })
     }
 
     /// The same for a case whose mesh is made already.
@@ -130,7 +132,7 @@ impl Stepping {
                 model.set_descends(self.control.adaptive.is_none() || self.control.failures >= SHORTER);
                 let report = model.advance(plan.dt, plan.time)?;
                 self.control.succeed(plan.dt, report.solved.iterations, report.error);
-                Ok((report, plan.dt, plan.lands || self.control.interval.is_none()))
+                Ok((report, plan.dt, plan.lands || self.keeps_all))
             }
             (Plan::Along(_), None) => Err(StepFailure::Equations("there is no path".into())),
         }
@@ -201,14 +203,16 @@ impl Stepping {
     }
 }
 
-/// Steps of the scene: of load factors or seconds.
+/// Steps of the scene: of load factors or seconds. Load steps end where they would if none of them had been halved.
 fn control(scene: &Scene) -> StepControl {
     let nominal = match (&scene.statics, &scene.dynamics) {
         (Some(statics), _) => scene.end() / statics.steps.max(1) as f64,
         (None, Some(dynamics)) => dynamics.dt,
         (None, None) => 1.0,
     };
-    let mut control = StepControl::new(nominal, scene.end(), scene.output.interval, scene.solver.max_halvings as u32);
+    let even = scene.statics.as_ref().is_some_and(|statics| statics.adaptive.is_none());
+    let interval = scene.output.interval.or(even.then_some(nominal));
+    let mut control = StepControl::new(nominal, scene.end(), interval, scene.solver.max_halvings as u32);
     control.adaptive = scene.statics.as_ref().and_then(|s| s.adaptive.as_ref()).map(|table| Adaptive {
         iterations: table.iterations as f64,
         shortest: table.shortest,

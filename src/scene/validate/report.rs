@@ -203,8 +203,11 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
         measure(&format!("{key}.measure"), &entry.measure, scene)?;
         spot(&key, entry.limit_point, entry.passage.as_ref(), scene)?;
-        let one = entry.limit_point.is_none() || entry.passage.is_none();
-        require(&key, one, "at most one of `limit-point` and `passage` may be given")?;
+        let places = usize::from(entry.time.is_some()) + usize::from(entry.limit_point.is_some()) + usize::from(entry.passage.is_some());
+        require(&key, places <= 1, "at most one of `time`, `limit-point` and `passage` may be given")?;
+        // Whether a run lasts so long depends on its values.
+        let passes = entry.time.is_none_or(|time| time >= 0.0 && time.is_finite());
+        require(&format!("{key}.time"), passes, "must be >= 0 [s]")?;
         finite(&format!("{key}.least"), entry.least.as_slice(), "unit of the measure")?;
         finite(&format!("{key}.most"), entry.most.as_slice(), "unit of the measure")?;
         let ordered = entry.least.zip(entry.most).is_none_or(|(least, most)| least <= most);
