@@ -1,6 +1,6 @@
 //! Tables `[report]` and `[[report.expect]]`.
 
-use super::{Ladder, Measure, Sweep};
+use super::{Ladder, Matrix, Measure, Sweep};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +17,9 @@ pub struct Report {
     /// Runs over values of a key.
     #[serde(default, rename = "sweep", skip_serializing_if = "Vec::is_empty")]
     pub sweeps: Vec<Sweep>,
+    /// Runs at the ends of what keys may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Matrix>,
 }
 
 /// One expected number.

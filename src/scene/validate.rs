@@ -3,6 +3,7 @@
 //! What depends on the mesh (whether a region exists, whether it has faces) is not checked here.
 
 mod diffusion;
+mod matrix;
 mod report;
 mod rest;
 
@@ -313,7 +314,11 @@ fn time(scene: &Scene) -> Check {
         (None, Some(dynamics)) => {
             positive("dynamics.dt", dynamics.dt, "s")?;
             positive("dynamics.end", dynamics.end, "s")?;
-            expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)
+            expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)?;
+            let Some(table) = &dynamics.random_velocity else { return Ok(()) };
+            positive("dynamics.random_velocity.speed", table.speed, "m/s")?;
+            // Recorded scenes are TOML, whose integers have a sign.
+            require("dynamics.random_velocity.seed", table.seed <= i64::MAX as u64, "must be below 2^63")
         }
     }
 }

@@ -218,6 +218,41 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
         energy
     }
 
+    /// Adds the mixed Hessian times the direction `v` to the gradient.
+    #[inline(always)]
+    fn add_product_of_faces(&self, x: &[f64], v: &[f64], into: &mut System) {
+        let viscous = self.damping.as_ref().map_or(0.0, |d| d.ratio);
+        for face in 0..self.element.faces() {
+            let geometry = self.geometry(face, x);
+            let dv = self.scatter.gather(face, v);
+            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+            let (mut product, mut hessian, mut weights) = ([0.0; N], [[0.0; N]; N], [[0.0; 6]; P]);
+            for k in 0..P {
+                let point = P * face + k;
+                weights[k] = self.lagged[point];
+                let d: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&dv).map(|(j, d)| j * d).sum::<f64>());
+                let (with, without) =
+                    (self.law.linearised(face, point, &forms[k], &d), self.law.linearised(face, point, &forms[k], &[0.0; 6]));
+                let damped = self.law.small_strain(face, point, &d);
+                for i in 0..6 {
+                    let stress = with[i] - without[i] + viscous * damped[i];
+                    for (p, j) in product.iter_mut().zip(&jacobian[k][i]) {
+                        *p += stress * j;
+                    }
+                }
+            }
+            self.element.hessian(&geometry, &weights, false, &mut hessian);
+            for i in 0..N {
+                product[i] += hessian[i][i] * dv[i];
+                for j in 0..i {
+                    product[i] += hessian[i][j] * dv[j];
+                    product[j] += hessian[i][j] * dv[i];
+                }
+            }
+            self.scatter.add_gradient(face, &product, into);
+        }
+    }
+
     /// Sets the stresses that the linearised law gives after the movement `dx`.
     #[inline(always)]
     fn extrapolate_stresses(&self, x: &[f64], dx: &[f64], lagged: &mut [Strain]) {
@@ -262,6 +297,11 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
 
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
         self.run(x, Task::Gradient(into))
+    }
+
+    fn add_product(&self, x: &[f64], v: &[f64], into: &mut System) -> bool {
+        self.run(x, Task::Product(v, into));
+        true
     }
 
     fn save(&mut self) {
@@ -315,6 +355,7 @@ enum Task<'a> {
     Gradient(&'a mut System),
     Assemble(Curvature, &'a mut System),
     Extrapolate(&'a [f64], &'a mut [Strain]),
+    Product(&'a [f64], &'a mut System),
 }
 
 /// A loop over faces, compiled once more for the wide registers of newer processors; only what is inlined into it gets them. Operations
@@ -338,6 +379,10 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> pulp::Wi
             Task::Assemble(curvature, into) => shell.add_all(x, curvature, into),
             Task::Extrapolate(dx, lagged) => {
                 shell.extrapolate_stresses(x, dx, lagged);
+                0.0
+            }
+            Task::Product(v, into) => {
+                shell.add_product_of_faces(x, v, into);
                 0.0
             }
         }

@@ -17,6 +17,7 @@ pub mod run;
 pub mod setup;
 pub mod status;
 mod supports;
+mod velocity;
 
 use crate::case::atomic;
 use crate::error::{Error, Result};
