@@ -16,7 +16,7 @@ export PATH := $(CURDIR)/.tools/bin:$(PATH)
 # One profile for everything: building, testing, clippy and rustdoc then share build scripts, macros and metadata.
 CARGO_FLAGS = --release $$(cat $(HDF5_FLAGS))
 
-.PHONY: help build demo test lint doc unit bench post post-test clean-cases hdf5
+.PHONY: help build demo test lint doc unit bench stress post post-test clean-cases hdf5
 
 help: ## list the targets (default)
 	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -52,6 +52,9 @@ post-test: build ## run the smallest scene, draw it and look at the pixels
 
 bench: hdf5 ## benchmarks
 	cargo bench $(subst --release,,$(CARGO_FLAGS))
+
+stress: build ## run every cell of the stability matrix (cases/matrix)
+	$(THINSHELL) report --matrix configs/stress/*.toml
 
 post: ## make the Python environment for pictures and plots (post/.venv)
 	@.ci/post.sh

@@ -85,12 +85,14 @@ enum Verb {
     ///
     /// Example: thinshell export scene.toml
     Export(SceneArgs),
-    /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time or of a sweep.
+    /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time of a sweep, or of
+    /// all that a scene has to withstand.
     ///
     /// Examples:
     ///   thinshell report cases/strip_curl cases/wetted_strip --json all.json
     ///   thinshell report --ladder scene.toml
     ///   thinshell report --sweep scene.toml
+    ///   thinshell report --matrix configs/stress/*.toml
     #[command(verbatim_doc_comment)]
     Report(ReportArgs),
     /// Print which stages of a case are done, stale or missing.
@@ -136,7 +138,7 @@ struct Overrides {
 #[derive(Debug, Args)]
 struct ReportArgs {
     /// Folders of cases, or scene files, which stand for cases/<name of the scene file>.
-    #[arg(value_name = "CASE_OR_SCENE", required_unless_present_any = ["ladder", "sweep"])]
+    #[arg(value_name = "CASE_OR_SCENE", required_unless_present_any = ["ladder", "sweep", "matrix"])]
     targets: Vec<PathBuf>,
     /// Run this scene at the resolutions of its [report.ladder] and tabulate error against run time.
     #[arg(long, value_name = "SCENE.toml", conflicts_with = "targets")]
@@ -144,6 +146,11 @@ struct ReportArgs {
     /// Run this scene at the values of its [[report.sweep]] and tabulate what is measured.
     #[arg(long, value_name = "SCENE.toml", conflicts_with_all = ["targets", "ladder"])]
     sweep: Option<PathBuf>,
+    /// Run these scenes at all cells of their [report.matrix] and judge how each ends (cases/matrix).
+    #[arg(long, value_name = "SCENE.toml", num_args = 1.., conflicts_with_all = ["targets", "ladder", "sweep"])]
+    matrix: Vec<PathBuf>,
+    #[command(flatten)]
+    cells: stage::report::MatrixOptions,
     /// Also write everything as JSON to this file.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -170,6 +177,9 @@ impl CommandLine {
             }
             Verb::Report(ReportArgs { sweep: Some(scene), json, overrides, .. }) => {
                 explained(Job::read(scene, None, &overrides.set, self.quiet)?, |job| stage::report::sweep(job, json.as_deref()))
+            }
+            Verb::Report(ReportArgs { matrix, cells, json, overrides, .. }) if !matrix.is_empty() => {
+                stage::report::matrix(matrix, cells, &overrides.set, json.as_deref(), self.quiet)
             }
             Verb::Report(ReportArgs { targets, json, overrides, .. }) => {
                 stage::report::run(targets, &overrides.set, json.as_deref(), self.quiet)

@@ -9,6 +9,7 @@ mod ladder;
 mod load;
 mod machine_direction;
 mod material;
+mod matrix;
 mod measure;
 mod mesh;
 mod modes;
@@ -35,6 +36,7 @@ pub use ladder::{Ladder, LadderExpectation, LadderMesh, Refinement};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
 pub use material::{Composition, Lame, Layer, Layers, Material, OrthotropicModuli};
+pub use matrix::{Ends, Matrix, MatrixAxis, MatrixPart, MatrixTied};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
     Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, Refine, RegionTable,
@@ -49,7 +51,7 @@ pub use rest::{
 };
 pub use scalar::{MeshField, Scalar};
 pub use shell::{Director, Element, Mass, Shell, ShellRegion};
-pub use solve::{AdaptiveDt, Dynamics, Integrator, Method, Output, Perturbation, Relaxation, Solver, Statics};
+pub use solve::{AdaptiveDt, Dynamics, Integrator, Method, Output, Perturbation, RandomVelocity, Relaxation, Solver, Statics};
 pub use source::Source;
 pub use stepping::{Adaptive, ArcLength, Reached};
 pub use suspicion::suspicions;

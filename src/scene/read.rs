@@ -28,6 +28,7 @@ const LISTS: &[&str] = &[
     "wind",
     "moment",
     "pressure",
+    "part",
     "sweep",
     "measures",
 ];

@@ -1,6 +1,6 @@
 //! Tables `[report]`, `[[report.expect]]` and `[report.path]`.
 
-use super::{Ladder, Measure, Sweep};
+use super::{Ladder, Matrix, Measure, Sweep};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +20,9 @@ pub struct Report {
     /// Runs over values of a key.
     #[serde(default, rename = "sweep", skip_serializing_if = "Vec::is_empty")]
     pub sweeps: Vec<Sweep>,
+    /// Runs at the ends of what keys may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Matrix>,
 }
 
 /// One expected number.

@@ -107,6 +107,20 @@ pub struct Dynamics {
     /// Chooses the steps by their error. Absent: they are of size `dt`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveDt>,
+    /// Random velocities that are added to that. Absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub random_velocity: Option<RandomVelocity>,
+}
+
+/// Random initial velocities, another one at every node; held coordinates have none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RandomVelocity {
+    /// Largest speed of a node [m/s], > 0.
+    pub speed: f64,
+    /// Another seed makes other velocities; 0 to 2^63 - 1.
+    #[serde(default)]
+    pub seed: u64,
 }
 
 /// How motion is integrated in time.

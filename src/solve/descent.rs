@@ -5,6 +5,9 @@ use super::newton::{Failure, Newton, Solved};
 use crate::error::Result;
 use crate::sparse::{Curvature, Kind, Potential};
 
+/// Iterations in a row without a fall of the energy beyond its round-off after which descent has come as far as it can.
+const IDLE: usize = 5;
+
 /// Share of the predicted decrease that a step of the line search must bring.
 const ARMIJO: f64 = 1e-4;
 
@@ -13,12 +16,15 @@ impl Newton {
     pub(super) fn descend(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<Solved, Failure> {
         let mut movement = f64::INFINITY;
         let mut polish_below = 1e-2 * self.settings.diameter;
+        let mut idle = 0;
         for iteration in 1..=4 * self.settings.max_iterations as u64 {
-            movement = self.descend_once(potentials, x)?;
-            if !movement.is_finite() {
+            let fell;
+            (movement, fell) = self.descend_once(potentials, x)?;
+            idle = if fell { 0 } else { idle + 1 };
+            if !movement.is_finite() || idle > IDLE {
                 break;
             }
-            if movement <= polish_below || movement <= self.settings.tolerance {
+            if idle == IDLE || movement <= polish_below || movement <= self.settings.tolerance {
                 potentials.iter_mut().for_each(|p| {
                     p.prepare(x);
                     p.restart(x);
@@ -40,8 +46,8 @@ impl Newton {
         Err(Failure::NotContracting(movement))
     }
 
-    /// One iteration of descent; returns the movement [m].
-    pub(super) fn descend_once(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<f64, Failure> {
+    /// One iteration of descent; returns the movement [m], and whether the energy fell by more than its round-off.
+    pub(super) fn descend_once(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<(f64, bool), Failure> {
         potentials.iter_mut().for_each(|p| p.prepare(x));
         let energy = self.assemble(potentials, x, Curvature::Projected);
         self.counters.fallback_iterations += 1;
@@ -53,21 +59,21 @@ impl Newton {
         let mut fraction = potentials.iter().map(|p| p.max_step(x, &self.dx)).fold(1.0, f64::min);
         // Round-off of the energy hides decreases below this.
         let noise = 1e-14 * energy.abs();
-        loop {
+        let fell = loop {
             self.trial.iter_mut().zip(x.iter().zip(&self.dx)).for_each(|(t, (x, d))| *t = x + fraction * d);
             let trial: f64 = potentials.iter().map(|p| p.energy(&self.trial)).sum();
             if trial <= energy + ARMIJO * fraction * slope + noise {
-                break;
+                break energy - trial > noise;
             }
             fraction *= 0.5;
             if !(fraction > 1e-12) {
                 return Err(Failure::NotContracting(self.movement()));
             }
-        }
+        };
         let movement = fraction * self.movement();
         log::trace!("descent: energy {energy:e} J, fraction {fraction}, movement {movement:e} m");
         x.copy_from_slice(&self.trial);
-        Ok(movement)
+        Ok((movement, fell))
     }
 
     /// Solves with the projected matrix, shifted by a growing part of its diagonal while it is not positive definite.

@@ -94,6 +94,9 @@ pub struct Newton {
 /// meshes; round-off leaves mechanisms of shells thicker than 1e-4 of the span below 1e-19.
 const MECHANISM: f64 = 1e-18;
 
+/// Movement over the diameter below which the solution is near.
+const NEAR: f64 = 1e-2;
+
 /// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
 const TEAR: f64 = 1e-2;
 
@@ -218,6 +221,18 @@ impl Newton {
         if free_length { lengths } else { angles * self.settings.diameter }
     }
 
+    /// The largest movement in `dx` beside that of all nodes together [m]: what falls moves far in a long step. Infinite if anything is not finite.
+    fn deformation(&self) -> f64 {
+        let movement = self.movement();
+        if !(movement >= self.settings.diameter && movement.is_finite()) {
+            return movement;
+        }
+        let nodes = &self.dx[..self.settings.lengths];
+        let mean = |k: usize| nodes.iter().skip(k).step_by(3).sum::<f64>() / (nodes.len() / 3) as f64;
+        let together = [0, 1, 2].map(mean);
+        nodes.iter().enumerate().fold(0.0, |m, (i, d)| m.max((d - together[i % 3]).abs()))
+    }
+
     /// Largest component of the gradient over the largest diagonal entry times the diameter.
     pub(super) fn residual(&self) -> f64 {
         let largest = |m: f64, v: f64| m.max(v.abs());
@@ -251,6 +266,8 @@ impl Newton {
         tolerance: f64,
     ) -> Result<Solved, Failure> {
         let (mut smallest, mut movement, mut last) = (f64::INFINITY, f64::INFINITY, 0.0);
+        // Whether solutions are known to be spoilt by round-off of the matrix, or not to be.
+        let mut spoilt = None;
         for iteration in 1..=self.settings.max_iterations as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
@@ -273,8 +290,15 @@ impl Newton {
             }
             movement = self.movement();
             log::trace!("mixed {iteration}: movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
-            if !(movement < 3.0 * self.settings.diameter) {
+            if !(self.deformation() < 3.0 * self.settings.diameter) {
                 return Err(Failure::NotContracting(movement));
+            }
+            // Asked once near the solution, where it matters.
+            let near = movement < NEAR * self.settings.diameter && movement > tolerance && iteration > 1;
+            if !moving && self.pull.is_none() && (spoilt == Some(true) || spoilt.is_none() && near) {
+                let mended = self.mend(potentials, x);
+                spoilt = spoilt.or(Some(mended));
+                movement = self.movement();
             }
             // Where movements do not shrink, round-off may make them.
             if !moving && movement > tolerance && movement > 0.5 * last {

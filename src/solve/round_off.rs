@@ -21,7 +21,8 @@ impl Newton {
         self.trial.copy_from_slice(x);
         for &unknown in self.numbering.unknowns().iter().filter(|u| (**u as usize) < self.settings.lengths) {
             let shift = 2.0 * (0.618_034 * (trial * (unknown + 1)) as f64).fract() - 1.0;
-            self.trial[unknown as usize] += 2.0 * shift * f64::EPSILON * self.settings.diameter;
+            let size = self.settings.diameter.max(x[unknown as usize].abs());
+            self.trial[unknown as usize] += 2.0 * shift * f64::EPSILON * size;
         }
     }
 

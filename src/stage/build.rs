@@ -7,6 +7,7 @@ use super::loads;
 use super::rest;
 use super::setup::{Held, Setup};
 use super::supports;
+use super::velocity;
 use crate::error::{Error, Result};
 use crate::math::Expression;
 use crate::mesh::{Mesh, Topology};
@@ -179,7 +180,7 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
         rest: rest::driver(scene, mesh, topology, setup, &profiles)?,
         initial_forms: setup.initial_forms.clone(),
         held,
-        velocities: velocities(scene, &positions)?,
+        velocities: velocity::initial(scene, setup, &positions)?,
         positions,
     };
     let mut model = ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)?;
@@ -236,17 +237,4 @@ fn motion(scene: &Scene, mesh: &Mesh, topology: &Topology, nodes: &[Vector3<f64>
 pub fn pin_motion(scene: &Scene, pin: usize, axis: usize) -> Option<&Expr> {
     let motion = scene.pins.get(pin)?.motion.as_ref()?;
     [&motion.x, &motion.y, &motion.z][axis].as_ref()
-}
-
-/// Initial velocity of each node [m/s]; empty in statics.
-fn velocities(scene: &Scene, nodes: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>> {
-    let Some(dynamics) = &scene.dynamics else { return Ok(Vec::new()) };
-    let Some(exprs) = &dynamics.velocity else { return Ok(vec![Vector3::zeros(); nodes.len()]) };
-    let fields = exprs.iter().map(|e| field("dynamics.velocity", e, scene::PLACE)).collect::<Result<Vec<_>>>()?;
-    let velocities: Vec<Vector3<f64>> =
-        nodes.iter().map(|p| Vector3::new(fields[0](p, 0.0), fields[1](p, 0.0), fields[2](p, 0.0))).collect();
-    match velocities.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
-        Some(v) => Err(Error::input("dynamics.velocity", format!("is not finite at vertex {v}"))),
-        None => Ok(velocities),
-    }
 }

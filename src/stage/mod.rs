@@ -19,6 +19,7 @@ pub mod setup;
 pub mod status;
 mod stepping;
 mod supports;
+mod velocity;
 
 use crate::case::atomic;
 use crate::error::{Error, Result};

@@ -343,7 +343,9 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
     match failure {
         StepFailure::Equations(reason) => Error::Numerical {
             message: format!("the step from {from} failed at its smallest size: {reason}"),
-            help: Some(format!("more load steps or a smaller dt, viscosity, or a look at the last state may help; {kept}")),
+            help: Some(format!(
+                "more load steps (statics.steps) or a smaller step (dynamics.dt), viscosity, or a look at the last state may help; {kept}"
+            )),
         },
         StepFailure::Inaccurate(error) => Error::Numerical {
             message: format!("the step from {from} has {error:.2e} times the error allowed at its smallest size"),
@@ -351,7 +353,9 @@ fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Erro
         },
         StepFailure::Mechanism(unknown) => Error::Numerical {
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),
-            help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells".into()),
+            help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells; a ribbon thousands of times as long as wide \
+                 or a shell thinner than a ten-millionth of its span is stiff by less than round-off: make it shorter or thicker"
+                    .into()),
         },
         StepFailure::Input { place, reason } => Error::Input { place, message: reason, help: Some(kept) },
     }

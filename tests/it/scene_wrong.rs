@@ -216,6 +216,26 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("exponent = 0.0", "exponent = §inf", "report.sweep.0.fit.expect.exponent = inf: must be finite"),
     ("tolerance = 0.1,", "tolerance = §-1,", "report.sweep.0.fit.expect.tolerance = -1: must be >= 0 [1]"),
     ("source = \"scaling\"", "source = §\"\"", "report.sweep.0.fit.expect.source = \"\": must not be empty"),
+    // Matrices.
+    ("most_factorizations = 5000", "most_factorizations = §0", "report.matrix.most_factorizations = 0: must be >= 1"),
+    ("most_iterations = 40.0", "most_iterations = §0", "report.matrix.most_iterations = 0: must be > 0 [1]"),
+    ("largest_energy = 0.5", "largest_energy = §nan", "report.matrix.largest_energy = nan: must be > 0 [1]"),
+    ("largest_gain = 1e-7", "largest_gain = §-1", "report.matrix.largest_gain = -1: must be >= 0 [1]"),
+    ("most_seconds = 30.0", "most_seconds = §1e7", "report.matrix.most_seconds = 1e7: must be 0 to 1000000"),
+    ("name = \"moduli\"", "name = §\"\"", "report.matrix.part.0.name = \"\": must not be empty"),
+    (
+        "set = [\"output.interval=0.25\"]",
+        "set = [§\"output.interval\"]",
+        "report.matrix.part.0.set.0 = \"output.interval\": `key=value` expected",
+    ),
+    ("key = \"shell.youngs_modulus\"", "key = §\"shell.\"", "report.matrix.part.0.axes.0.key = \"shell.\": must be names joined by dots"),
+    ("values = [1e3, 1e12]", "values = §[]", "report.matrix.part.0.axes.0.values = []: must not be empty"),
+    ("values = [10, 100]", "values = §[10]", "report.matrix.part.0.axes.0.with.0.values = [10]: has 1 values, must have 2 as the axis"),
+    ("ends = \"either\"", "ends = §\"somehow\"", "`somehow` is not a choice here"),
+    ("name = \"lift\"", "name = §\"\"", "report.matrix.measures.0.name = \"\": must not be empty"),
+    // Random velocities.
+    ("speed = 0.7", "speed = §-0.7", "dynamics.random_velocity.speed = -0.7: must be > 0 [m/s]"),
+    ("seed = 11", "seed = §-1", "expected a whole number"),
     // Measures.
     ("over = \"E * h^3\"", "over = §\"E * x\"", "measures.0.measure.energy.over = \"E * x\": unknown name `x`; variables here: h, E, nu"),
     ("over = \"E * h^3\"", "over = §0", "measures.0.measure.energy.over = 0: must be > 0 [J]"),

@@ -1,4 +1,4 @@
-//! Rules of `[report]`: expectations, measures, ladders, sweeps. Which regions, vertices and fields there are is not known here.
+//! Rules of `[report]`: expectations, measures, ladders, sweeps, matrices. Which regions, vertices and fields there are is not known here.
 
 use super::*;
 
@@ -47,7 +47,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         require(&format!("{key}.name"), new, "a sweep of this name comes before")?;
         sweep(&key, table, scene)?;
     }
-    Ok(())
+    report.matrix.as_ref().map_or(Ok(()), matrix::matrix)
 }
 
 /// Whether the load factor is an unknown, and so may turn back.
@@ -196,10 +196,16 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
     }
     require(key, runs <= MOST_RUNS, format!("makes {runs} runs, must be at most {MOST_RUNS}"))?;
     require(&format!("{key}.measures"), !table.measures.is_empty(), "must not be empty")?;
-    for (i, entry) in table.measures.iter().enumerate() {
-        let key = format!("{key}.measures.{i}");
+    sweep_measures(&format!("{key}.measures"), &table.measures)?;
+    table.fit.as_ref().map_or(Ok(()), |law| fit(&format!("{key}.fit"), law, table, &first))
+}
+
+/// Measures with limits; `key` is that of their list.
+pub(super) fn sweep_measures(key: &str, measures: &[SweepMeasure]) -> Check {
+    for (i, entry) in measures.iter().enumerate() {
+        let key = format!("{key}.{i}");
         named(&format!("{key}.name"), &entry.name)?;
-        let new = table.measures[..i].iter().all(|other| other.name != entry.name);
+        let new = measures[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
         measure(&format!("{key}.measure"), &entry.measure, scene)?;
         spot(&key, entry.limit_point, entry.passage.as_ref(), scene)?;
@@ -216,7 +222,7 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
         require(&key, limited == entry.source.is_some(), "`source` and a limit, `least` or `most`, need each other")?;
         entry.source.as_ref().map_or(Ok(()), |source| named(&format!("{key}.source"), source))?;
     }
-    table.fit.as_ref().map_or(Ok(()), |law| fit(&format!("{key}.fit"), law, table, &first))
+    Ok(())
 }
 
 /// The values of a key.

@@ -82,6 +82,16 @@ impl<'a> Case<'a> {
         })
     }
 
+    /// Columns of the history.
+    pub fn columns(&self) -> &[String] {
+        &self.history.columns
+    }
+
+    /// A column of the history, empty if there is none of that name.
+    pub fn column(&self, name: &str) -> Vec<f64> {
+        self.history.column(name).unwrap_or_default()
+    }
+
     /// Last value of a column of the history.
     pub fn last(&self, column: &str) -> Result<f64> {
         if self.history.rows.is_empty() {

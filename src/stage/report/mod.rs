@@ -1,9 +1,10 @@
 //! `report`: compares results with what their scenes expect (`report.json`, `report.md`), and tabulates error against run time and the
-//! results of sweeps.
+//! results of sweeps and stability matrices.
 
 mod case;
 mod check;
 mod ladder;
+mod matrix;
 mod measure;
 mod path;
 mod reactions;
@@ -18,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 pub use check::check_measures;
 pub use ladder::ladder;
+pub use matrix::{Options as MatrixOptions, matrix};
 pub use measure::vertex_at;
 pub use sweep::{check_sweeps, sweep};
 

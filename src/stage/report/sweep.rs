@@ -156,7 +156,7 @@ fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
 }
 
 /// What a value misses, in words. Where there is no value, every limit is missed.
-fn limit(measure: &SweepMeasure, value: Option<f64>) -> Option<String> {
+pub(super) fn limit(measure: &SweepMeasure, value: Option<f64>) -> Option<String> {
     let (name, source) = (&measure.name, measure.source.as_deref()?);
     let Some(value) = value else { return Some(format!("{name} has no value ({source})")) };
     match (measure.least, measure.most) {
@@ -167,7 +167,7 @@ fn limit(measure: &SweepMeasure, value: Option<f64>) -> Option<String> {
 }
 
 /// A value of a key as JSON.
-fn json(value: &SweepValue) -> Value {
+pub(super) fn json(value: &SweepValue) -> Value {
     match value {
         SweepValue::Whole(value) => Value::from(*value),
         SweepValue::Number(value) => Value::from(*value),
