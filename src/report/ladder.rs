@@ -91,8 +91,20 @@ pub fn to_json(rows: &[LadderRow]) -> String {
 /// The table for programs that read no JSON: one line per run, empty where there is no number. Names are those of the JSON.
 pub fn to_csv(rows: &[LadderRow]) -> String {
     let header = [
-        "director", "mesh", "thickness", "sampling", "faces", "longest_edge", "dofs", "error", "order", "fitted_order", "wall_s", "gflop",
-        "factorizations", "failure",
+        "director",
+        "mesh",
+        "thickness",
+        "sampling",
+        "faces",
+        "longest_edge",
+        "dofs",
+        "error",
+        "order",
+        "fitted_order",
+        "wall_s",
+        "gflop",
+        "factorizations",
+        "failure",
     ];
     let optional = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     let mut text = csv::Writer::from_writer(Vec::new());

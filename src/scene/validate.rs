@@ -322,9 +322,9 @@ fn time(scene: &Scene) -> Check {
             positive("dynamics.end", dynamics.end, "s")?;
             expressions("dynamics.velocity", dynamics.velocity.iter().flatten(), PLACE)?;
             if let Some(table) = &dynamics.random_velocity {
-            positive("dynamics.random_velocity.speed", table.speed, "m/s")?;
-            // Recorded scenes are TOML, whose integers have a sign.
-            require("dynamics.random_velocity.seed", table.seed <= i64::MAX as u64, "must be below 2^63")?;
+                positive("dynamics.random_velocity.speed", table.speed, "m/s")?;
+                // Recorded scenes are TOML, whose integers have a sign.
+                require("dynamics.random_velocity.seed", table.seed <= i64::MAX as u64, "must be below 2^63")?;
             }
             if let Some(radius) = dynamics.spectral_radius {
                 let damped = dynamics.integrator == Integrator::GeneralisedAlpha;

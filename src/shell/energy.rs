@@ -222,9 +222,9 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
 
     /// Adds the mixed Hessian times the direction `v` to the gradient.
     #[inline(always)]
-    fn add_product_of_faces(&self, x: &[f64], v: &[f64], into: &mut System) {
+    fn add_product_of_faces(&self, x: &[f64], v: &[f64], faces: Range<usize>, into: &mut System) {
         let viscous = self.damping.as_ref().map_or(0.0, |d| d.ratio);
-        for face in 0..self.element.faces() {
+        for face in faces {
             let geometry = self.geometry(face, x);
             let dv = self.scatter.gather(face, v);
             let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
@@ -304,7 +304,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
     }
 
     fn add_product(&self, x: &[f64], v: &[f64], into: &mut System) -> bool {
-        self.run(x, Task::Product(v, into));
+        self.run(x, 0..self.element.faces(), Task::Product(v, into));
         true
     }
 
@@ -384,10 +384,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> pulp::Wi
             Task::Extrapolate(dx, into) => {
                 faces.zip(into.chunks_exact_mut(P)).for_each(|(face, part)| shell.extrapolate_stresses(face, x, dx, part));
             }
-            Task::Product(v, into) => {
-                shell.add_product_of_faces(x, v, into);
-                0.0
-            }
+            Task::Product(v, into) => shell.add_product_of_faces(x, v, faces, into),
         }
     }
 }

@@ -44,7 +44,8 @@ fn out_of_memory() -> Error {
 fn analyse(pattern: &Pattern, ordering: SymmetricOrdering<'_, u32>) -> Result<SymbolicCholesky<u32>> {
     let n = pattern.len();
     let matrix = SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_start, None, &pattern.row);
-    let parameters = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
+    let parameters =
+        CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
     factorize_symbolic_cholesky(matrix, Side::Lower, ordering, parameters).map_err(|_| out_of_memory())
 }
 

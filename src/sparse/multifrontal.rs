@@ -266,7 +266,15 @@ impl Fronts {
 
     /// Assembles and eliminates supernode `s`. `left`: what is left behind by supernodes whose parents have not come yet; that of its children
     /// is taken away, and its own is put there.
-    fn front(&self, s: usize, matrix: &[f64], panel: &mut [f64], left: &mut Vec<Left>, memory: &mut Memory, positive: bool) -> Result<(), usize> {
+    fn front(
+        &self,
+        s: usize,
+        matrix: &[f64],
+        panel: &mut [f64],
+        left: &mut Vec<Left>,
+        memory: &mut Memory,
+        positive: bool,
+    ) -> Result<(), usize> {
         let (r, c) = self.size(s);
         panel.fill(0.0);
         let entries = self.entries[s]..self.entries[s + 1];
@@ -282,7 +290,8 @@ impl Fronts {
             for (j, to) in place.iter().enumerate() {
                 let to = *to as usize;
                 let column = &child.values[j * m + j..(j + 1) * m];
-                let (target, shift) = if to < c { (&mut panel[to * r..(to + 1) * r], 0) } else { (&mut rest[(to - c) * p..(to - c + 1) * p], c) };
+                let (target, shift) =
+                    if to < c { (&mut panel[to * r..(to + 1) * r], 0) } else { (&mut rest[(to - c) * p..(to - c + 1) * p], c) };
                 for (i, v) in place[j..].iter().zip(column) {
                     target[*i as usize - shift] += v;
                 }

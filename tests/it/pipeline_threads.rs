@@ -30,7 +30,8 @@ fn any_number_of_threads_leaves_the_same_files() {
     let motion = with(&large(DYNAMIC, "[100, 12]"), "end = 0.04", "end = 0.004");
     let own = "[rest.linear]\nm_plus = \"3 * sin(40 * t + 30 * x)\"\nm_minus = \"-2 * t\"\nmu = 0.01\n";
     let moist = with(&with(&motion, own, MOISTURE), "[rest]\nramp = \"min(1, 20 * t)\"\n", "");
-    let scenes = [("statics", quadratic(&statics)), ("motion", motion.clone()), ("moisture", quadratic(&with(&moist, "[100, 12]", "[30, 10]")))];
+    let scenes =
+        [("statics", quadratic(&statics)), ("motion", motion.clone()), ("moisture", quadratic(&with(&moist, "[100, 12]", "[30, 10]")))];
     for (name, scene) in scenes {
         let run = |threads: &str| {
             let sandbox = Sandbox::new(&scene).prepared();

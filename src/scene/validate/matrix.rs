@@ -6,9 +6,9 @@ use super::*;
 /// Cells that a matrix may have.
 const MOST_CELLS: usize = 10_000;
 
-pub(super) fn matrix(table: &Matrix) -> Check {
+pub(super) fn matrix(table: &Matrix, scene: &Scene) -> Check {
     let key = |name: &str| format!("report.matrix.{name}");
-    sweep_measures("report.matrix.measures", &table.measures)?;
+    sweep_measures("report.matrix.measures", &table.measures, scene)?;
     require(&key("most_factorizations"), table.most_factorizations != Some(0), "must be >= 1")?;
     // Recorded scenes are TOML, whose integers have a sign.
     require(&key("most_factorizations"), table.most_factorizations.is_none_or(|n| n <= i64::MAX as u64), "must be below 2^63")?;

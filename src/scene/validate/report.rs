@@ -47,7 +47,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         require(&format!("{key}.name"), new, "a sweep of this name comes before")?;
         sweep(&key, table, scene)?;
     }
-    report.matrix.as_ref().map_or(Ok(()), matrix::matrix)
+    report.matrix.as_ref().map_or(Ok(()), |table| matrix::matrix(table, scene))
 }
 
 /// Whether the load factor is an unknown, and so may turn back.
@@ -196,12 +196,12 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
     }
     require(key, runs <= MOST_RUNS, format!("makes {runs} runs, must be at most {MOST_RUNS}"))?;
     require(&format!("{key}.measures"), !table.measures.is_empty(), "must not be empty")?;
-    sweep_measures(&format!("{key}.measures"), &table.measures)?;
+    sweep_measures(&format!("{key}.measures"), &table.measures, scene)?;
     table.fit.as_ref().map_or(Ok(()), |law| fit(&format!("{key}.fit"), law, table, &first))
 }
 
 /// Measures with limits; `key` is that of their list.
-pub(super) fn sweep_measures(key: &str, measures: &[SweepMeasure]) -> Check {
+pub(super) fn sweep_measures(key: &str, measures: &[SweepMeasure], scene: &Scene) -> Check {
     for (i, entry) in measures.iter().enumerate() {
         let key = format!("{key}.{i}");
         named(&format!("{key}.name"), &entry.name)?;

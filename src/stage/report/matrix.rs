@@ -4,7 +4,7 @@
 //! program panics or does not end in time, and if a solution has fields that are not finite, more energy than it can have, or misses a limit.
 
 use super::super::{Job, all, build};
-use super::case::Case;
+use super::case::{Case, When};
 use super::sweep::limit;
 use crate::error::{Error, Result};
 use crate::mesh::Topology;
@@ -61,7 +61,12 @@ pub fn matrix(scenes: &[PathBuf], options: &Options, overrides: &[String], json:
                 let cell = cell?;
                 if !quiet {
                     let how = if cell.exit == 0 { "converged" } else { "refused" };
-                    log::info!("{}: {how} in {:.1} s{}", table::title(&cell), cell.wall_s, cell.faults.iter().map(|f| format!("; {f}")).collect::<String>());
+                    log::info!(
+                        "{}: {how} in {:.1} s{}",
+                        table::title(&cell),
+                        cell.wall_s,
+                        cell.faults.iter().map(|f| format!("; {f}")).collect::<String>()
+                    );
                 }
                 cells.push(cell);
             }
@@ -135,8 +140,8 @@ fn judge(job: &Job) -> Result<(MatrixSolution, Vec<String>)> {
     let case = Case::load(job)?;
     let matrix = job.scene.report.as_ref().and_then(|r| r.matrix.as_ref());
     let matrix = matrix.ok_or_else(|| Error::input("report.matrix", "this table is missing"))?;
-    let mut model = build::model(&job.scene, &case.mesh, &Topology::new(&case.mesh.faces), &case.setup)?;
-    let last = case.snapshot(None)?;
+    let mut model = build::shell_model(&job.scene, &case.mesh, &Topology::new(&case.mesh.faces), &case.setup)?;
+    let last = case.snapshot(When::End)?;
     let areas = case.mesh.faces.iter().map(|f| {
         let [a, b, c] = f.map(|v| case.mesh.vertices[v]);
         0.5 * (b - a).cross(&(c - a)).norm()
@@ -168,7 +173,7 @@ fn judge(job: &Job) -> Result<(MatrixSolution, Vec<String>)> {
         s.momentum = momentum(&job.scene, &case.start, &mut model, &last)?;
     }
     for entry in &matrix.measures {
-        s.measures.push((entry.name.clone(), Some(case.measure(&entry.measure, None)?).filter(|v| v.is_finite())));
+        s.measures.push((entry.name.clone(), Some(case.measure(&entry.measure, When::End)?).filter(|v| v.is_finite())));
     }
     let mut faults = Vec::new();
     let is_finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
@@ -240,8 +245,17 @@ fn balance(case: &Case, model: &mut ShellModel, last: &Snapshot, floor: f64) -> 
 
 /// Change of momentum that gravity does not explain: see [`MatrixSolution::momentum`]. None under other loads.
 fn momentum(scene: &Scene, start: &Snapshot, model: &mut ShellModel, last: &Snapshot) -> Result<Option<f64>> {
-    let others = !(scene.forces.is_empty() && scene.edge_loads.is_empty() && scene.moments.is_empty() && scene.pressures.is_empty());
+    let dead = scene.forces.len() + scene.edge_loads.len() + scene.surface_loads.len() + scene.body_forces.len();
+    let others = dead + scene.moments.len() + scene.pressures.len() + scene.winds.len() > 0;
     let gravity = scene.gravity.as_ref();
+    let mut acceleration = nalgebra::Vector3::zeros();
+    for (to, said) in acceleration.iter_mut().zip(gravity.iter().flat_map(|g| &g.acceleration)) {
+        let parsed = build::expression("gravity.acceleration", said, scene::PLACE_AND_TIME)?;
+        if !parsed.is_constant() {
+            return Ok(None);
+        }
+        *to = parsed.eval(&[]);
+    }
     if others || scene.diffusing().next().is_some() || gravity.is_some_and(|g| g.factor.is_some()) {
         return Ok(None);
     }
@@ -256,7 +270,7 @@ fn momentum(scene: &Scene, start: &Snapshot, model: &mut ShellModel, last: &Snap
     let kept = |_: usize, v: f64| v;
     let change = of(last, &kept)? - of(start, &kept)?;
     let speeds = of(start, &|_, v| v.abs())?;
-    let brought = gravity.map_or(nalgebra::Vector3::zeros(), |g| nalgebra::Vector3::from(g.acceleration) * (mass * last.time));
+    let brought = acceleration * (mass * last.time);
     let scale = speeds.norm() + brought.norm();
     Ok((scale > 0.0).then(|| (change - brought).norm() / scale))
 }
