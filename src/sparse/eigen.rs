@@ -105,7 +105,7 @@ fn across(operator: &impl SelfAdjoint, basis: &[Direction], mut v: Vec<f64>) -> 
 /// `size`: of the vectors. `block`: vectors that go ahead together, > 0: equal eigenvalues up to that many are found for sure.
 pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block: usize) -> Option<Found> {
     let kept = count + block;
-    let most = 3 * kept + 4 * block;
+    let most = (2 * kept + 4 * block).max(40);
     let (mut basis, mut applied): (Vec<Direction>, usize) = (Vec::new(), 0);
     let mut small = DMatrix::<f64>::zeros(0, 0);
     let mut seed = 0;

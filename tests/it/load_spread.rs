@@ -152,7 +152,7 @@ fn a_falling_plate_reaches_its_terminal_velocity() {
                  poissons_ratio = 0.3\ndensity = 500.0\n[gravity]\nacceleration = {gravity}\n[[wind]]\ndensity = 1.2\nnormal = {normal}\n\
                  tangential = {tangential}\n[dynamics]\ndt = 0.2\nend = 8.0\n"
             ));
-            let coefficient = if tangential > 0.0 { tangential } else { normal };
+            let coefficient: f64 = if tangential > 0.0 { tangential } else { normal };
             let exact = (2.0 * 500.0 * 1e-3 * 9.81 / (1.2 * coefficient)).sqrt();
             for v in points(case.states().last().unwrap(), "velocity") {
                 assert!((v.norm() / exact - 1.0).abs() < 1e-4, "{element}: {v:?} {exact}");
