@@ -97,11 +97,6 @@ impl Potential for DeadLoad {
         -self.factor * self.forces.iter().map(|(i, f)| f.x * x[3 * i] + f.y * x[3 * i + 1] + f.z * x[3 * i + 2]).sum::<f64>()
     }
 
-    /// A dead load has no stiffness.
-    fn add_product(&self, _x: &[f64], _v: &[f64], _into: &mut System) -> bool {
-        true
-    }
-
     fn assemble(&mut self, x: &[f64], _curvature: Curvature, into: &mut System) -> f64 {
         self.gradient(x, into)
     }

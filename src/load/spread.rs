@@ -86,10 +86,6 @@ impl Potential for SpreadLoad {
         self.nodal.energy(x)
     }
 
-    fn add_product(&self, x: &[f64], v: &[f64], into: &mut System) -> bool {
-        self.nodal.add_product(x, v, into)
-    }
-
     fn assemble(&mut self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
         self.nodal.assemble(x, curvature, into)
     }

@@ -220,41 +220,6 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
         self.element.hessian(&geometry, &weights, semidefinite, hessian);
     }
 
-    /// Adds the mixed Hessian times the direction `v` to the gradient.
-    #[inline(always)]
-    fn add_product_of_faces(&self, x: &[f64], v: &[f64], faces: Range<usize>, into: &mut System) {
-        let viscous = self.damping.as_ref().map_or(0.0, |d| d.ratio);
-        for face in faces {
-            let geometry = self.geometry(face, x);
-            let dv = self.scatter.gather(face, v);
-            let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
-            let (mut product, mut hessian, mut weights) = ([0.0; N], [[0.0; N]; N], [[0.0; 6]; P]);
-            for k in 0..P {
-                let point = P * face + k;
-                weights[k] = self.lagged[point];
-                let d: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&dv).map(|(j, d)| j * d).sum::<f64>());
-                let (with, without) =
-                    (self.law.linearised(face, point, &forms[k], &d), self.law.linearised(face, point, &forms[k], &[0.0; 6]));
-                let damped = self.law.small_strain(face, point, &d);
-                for i in 0..6 {
-                    let stress = with[i] - without[i] + viscous * damped[i];
-                    for (p, j) in product.iter_mut().zip(&jacobian[k][i]) {
-                        *p += stress * j;
-                    }
-                }
-            }
-            self.element.hessian(&geometry, &weights, false, &mut hessian);
-            for i in 0..N {
-                product[i] += hessian[i][i] * dv[i];
-                for j in 0..i {
-                    product[i] += hessian[i][j] * dv[j];
-                    product[j] += hessian[i][j] * dv[i];
-                }
-            }
-            self.scatter.add_gradient(face, &product, into);
-        }
-    }
-
     /// Sets the stresses that the linearised law gives after the movement `dx`.
     #[inline(always)]
     fn extrapolate_stresses(&self, face: usize, x: &[f64], dx: &[f64], lagged: &mut [Strain]) {
@@ -301,11 +266,6 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
             self.scatter.add_gradient(face, gradient, into);
         }
         parts.iter().map(|(_, energy)| energy).sum()
-    }
-
-    fn add_product(&self, x: &[f64], v: &[f64], into: &mut System) -> bool {
-        self.run(x, 0..self.element.faces(), Task::Product(v, into));
-        true
     }
 
     fn save(&mut self) {
@@ -359,7 +319,6 @@ enum Task<'a, const N: usize> {
     Gradient(&'a mut [([f64; N], f64)]),
     Assemble(Curvature, &'a mut [Contribution<N>]),
     Extrapolate(&'a [f64], &'a mut [Strain]),
-    Product(&'a [f64], &'a mut System),
 }
 
 /// A loop over faces, compiled once more for the wide registers of newer processors; only what is inlined into it gets them. Operations
@@ -384,7 +343,6 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> pulp::Wi
             Task::Extrapolate(dx, into) => {
                 faces.zip(into.chunks_exact_mut(P)).for_each(|(face, part)| shell.extrapolate_stresses(face, x, dx, part));
             }
-            Task::Product(v, into) => shell.add_product_of_faces(x, v, faces, into),
         }
     }
 }

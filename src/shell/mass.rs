@@ -200,20 +200,6 @@ impl<const K: usize, const N: usize> Potential for Inertia<K, N> {
         2.0 * self.kinetic_energy(y) / (self.dt * self.dt)
     }
 
-    fn add_product(&self, _x: &[f64], v: &[f64], into: &mut System) -> bool {
-        let factor = 1.0 / (self.dt * self.dt);
-        for (face, (nodes, matrix)) in self.nodes.iter().zip(&self.matrices).enumerate() {
-            let mut product = [0.0; N];
-            for (i, row) in matrix.iter().enumerate() {
-                for (mass, node) in row.iter().zip(nodes) {
-                    (0..3).for_each(|k| product[3 * i + k] += factor * mass * v[3 * node + k]);
-                }
-            }
-            self.scatter.add_gradient(face, &product, into);
-        }
-        true
-    }
-
     fn gradient(&self, x: &[f64], into: &mut System) -> f64 {
         let mut energy = 0.0;
         for face in 0..self.nodes.len() {

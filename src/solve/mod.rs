@@ -1,7 +1,7 @@
 //! Nonlinear solution of one step, and the choice of steps.
 //!
 //! `newton` finds equilibria of a sum of potentials, `descent` where it does not contract, and `stability` leaves those that are no minimum;
-//! `refine` mends solutions that round-off of the matrix spoils; `dynamic_relaxation` finds equilibria without factorisations; `round_off` tells
+//! `dynamic_relaxation` finds equilibria without factorisations; `round_off` tells
 //! what none can do better; `steps` chooses step sizes, halves after a failure and lands on output times; `arc_length` follows paths of equilibria
 //! through limit points; `modes` finds modes of vibration and buckling. None knows what the unknowns mean, save how many of them are lengths.
 
@@ -10,7 +10,6 @@ mod descent;
 mod dynamic_relaxation;
 mod modes;
 mod newton;
-mod refine;
 mod round_off;
 mod stability;
 mod steps;

@@ -94,9 +94,6 @@ pub struct Newton {
 /// meshes; round-off leaves mechanisms of shells thicker than 1e-4 of the span below 1e-19.
 const MECHANISM: f64 = 1e-18;
 
-/// Movement over the diameter below which the solution is near.
-const NEAR: f64 = 1e-2;
-
 /// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
 const TEAR: f64 = 1e-2;
 
@@ -266,8 +263,6 @@ impl Newton {
         tolerance: f64,
     ) -> Result<Solved, Failure> {
         let (mut smallest, mut movement, mut last) = (f64::INFINITY, f64::INFINITY, 0.0);
-        // Whether solutions are known to be spoilt by round-off of the matrix, or not to be.
-        let mut spoilt = None;
         for iteration in 1..=self.settings.max_iterations as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
@@ -292,13 +287,6 @@ impl Newton {
             log::trace!("mixed {iteration}: movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
             if !(self.deformation() < 3.0 * self.settings.diameter) {
                 return Err(Failure::NotContracting(movement));
-            }
-            // Asked once near the solution, where it matters.
-            let near = movement < NEAR * self.settings.diameter && movement > tolerance && iteration > 1;
-            if !moving && self.pull.is_none() && (spoilt == Some(true) || spoilt.is_none() && near) {
-                let mended = self.mend(potentials, x);
-                spoilt = spoilt.or(Some(mended));
-                movement = self.movement();
             }
             // Where movements do not shrink, round-off may make them.
             if !moving && movement > tolerance && movement > 0.5 * last {

@@ -108,7 +108,7 @@ impl Newton {
     }
 
     /// Values of the free unknowns among all; 0 for the held.
-    pub(super) fn spread(&self, free: &[f64]) -> Vec<f64> {
+    fn spread(&self, free: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; self.numbering.all()];
         free.iter().zip(self.numbering.unknowns()).for_each(|(v, u)| all[*u as usize] = *v);
         all

@@ -36,12 +36,6 @@ pub trait Potential {
         0.0
     }
 
-    /// Adds the Hessian of [`assemble`](Potential::assemble) with [`Curvature::Mixed`] times a direction `v` of all unknowns to the gradient, formed from strains:
-    /// round-off then does no work on motions without strain. Whether it can; if not, nothing is added.
-    fn add_product(&self, _x: &[f64], _v: &[f64], _into: &mut System) -> bool {
-        false
-    }
-
     /// Called before each iteration; may exchange unknowns for equivalent ones (directors), which leaves the state as it is.
     fn prepare(&mut self, _x: &mut [f64]) {}
 
