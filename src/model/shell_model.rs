@@ -8,7 +8,7 @@ use crate::load::Load;
 use crate::shell::rest::Forms;
 use crate::shell::{Inertial, Shell};
 use crate::snapshot::{Association, Field, Snapshot};
-use crate::solve::{Advance, Reach, Counters, Failure, Newton, Settings, Solved};
+use crate::solve::{Advance, Counters, Failure, Newton, Reach, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
 

@@ -149,11 +149,15 @@ impl Newton {
                 return Err(Failure::NotContracting(movement).into());
             }
             self.dx.iter_mut().zip(&by_factor).for_each(|(d, v)| *d += dt * v);
-            for ((i, from), (_, to)) in family.moved(t).map_err(Stop::Refused)?.into_iter().zip(family.moved(t + dt).map_err(Stop::Refused)?) {
+            for ((i, from), (_, to)) in
+                family.moved(t).map_err(Stop::Refused)?.into_iter().zip(family.moved(t + dt).map_err(Stop::Refused)?)
+            {
                 self.dx[i] = if i < self.settings.lengths { to - x[i] } else { to - from };
             }
             movement = self.movement();
-            log::trace!("arc {iteration}: t {t:.6} + {dt:.2e}, movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
+            log::trace!(
+                "arc {iteration}: t {t:.6} + {dt:.2e}, movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}"
+            );
             if !(movement < 3.0 * self.settings.diameter) {
                 return Err(Failure::NotContracting(movement).into());
             }

@@ -101,7 +101,11 @@ fn measure(key: &str, measure: &Measure) -> Check {
             within(&format!("{key}.field.component"), *component, 0..=8)
         }
         Measure::History { column } => named(&format!("{key}.history.column"), column),
-        Measure::CurvatureSquare { .. } | Measure::EnergyRatio { .. } | Measure::LoadFactor | Measure::NewtonIterations | Measure::Factorizations => Ok(()),
+        Measure::CurvatureSquare { .. }
+        | Measure::EnergyRatio { .. }
+        | Measure::LoadFactor
+        | Measure::NewtonIterations
+        | Measure::Factorizations => Ok(()),
     }
 }
 

@@ -22,7 +22,11 @@ pub(super) fn stepping(statics: &Statics, scene: &Scene) -> Check {
     require(key, statics.end.is_none(), "needs a load factor, which [statics] with `end` has not")?;
     require(key, statics.adaptive.is_none(), "chooses its own steps; [statics.adaptive] has no place beside it")?;
     require(key, !statics.stable, "follows unstable states too, which `stable` leaves")?;
-    require("output.interval", scene.output.interval.is_none(), "needs a time that only grows, which a path by [statics.arc-length] has not")?;
+    require(
+        "output.interval",
+        scene.output.interval.is_none(),
+        "needs a time that only grows, which a path by [statics.arc-length] has not",
+    )?;
     within(&format!("{key}.iterations"), table.iterations, ITERATIONS)?;
     require(&format!("{key}.longest"), table.longest >= 1.0 && table.longest.is_finite(), "must be >= 1")?;
     within(&format!("{key}.most_steps"), table.most_steps, 1..=100_000)?;

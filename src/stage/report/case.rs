@@ -1,7 +1,7 @@
 //! A case that has run, and what of it is judged: states, history, cost.
 
-use super::path::Spot;
 use super::super::{Job, all, mesh as mesh_stage, run as run_stage, setup};
+use super::path::Spot;
 use crate::case::{Folder, History, history::Table};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Quality};
@@ -112,7 +112,12 @@ impl<'a> Case<'a> {
         let steps = self.folder.list()?;
         let of = |name: &str| -> Option<Vec<f64>> {
             let column = self.history.column(name)?;
-            Some(steps.iter().map(|step| step.checked_sub(1).map_or(0.0, |row| column.get(row as usize).copied().unwrap_or(f64::NAN))).collect())
+            Some(
+                steps
+                    .iter()
+                    .map(|step| step.checked_sub(1).map_or(0.0, |row| column.get(row as usize).copied().unwrap_or(f64::NAN)))
+                    .collect(),
+            )
         };
         let times = of("time_s").unwrap_or_default();
         let ways = of("arc_length_m").unwrap_or_else(|| times.clone());
