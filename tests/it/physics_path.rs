@@ -205,7 +205,7 @@ fn wrong_input_is_refused() {
         ("statics.arc-length.longest=0.5", ">= 1"),
         ("statics.arc-length.most_steps=0", "1 to 100000"),
         ("statics.arc-length.until={at=[0,0,0],axis='z',displacement=0}", "not 0"),
-        ("statics.arc-length.until={at=[0,0,0],axis='z',displacement=1}", "statics.arc-length.until"),
+        ("statics.arc-length.until={at=[9000,0,0],axis='z',displacement=1}", "statics.arc-length.until"),
         ("statics.end=2", "load factor"),
         ("statics.stable=true", "unstable"),
         ("statics.adaptive={}", "its own steps"),
