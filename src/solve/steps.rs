@@ -18,8 +18,6 @@ pub struct StepControl {
     pub dt: f64,
     /// Steps since the last failure or growth; part of the state.
     pub successes: u32,
-    /// Failures since the last step that worked.
-    pub failures: u32,
     /// Where steps follow the iterations of the last; none where they are the nominal ones but after failures.
     pub adaptive: Option<Adaptive>,
 }
@@ -49,7 +47,7 @@ pub struct StepPlan {
 impl StepControl {
     /// Starts with the nominal step.
     pub fn new(nominal: f64, end: f64, interval: Option<f64>, max_halvings: u32) -> Self {
-        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, failures: 0, adaptive: None }
+        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, adaptive: None }
     }
 
     /// The step from `time`, or none at the end.
@@ -73,7 +71,6 @@ impl StepControl {
     /// their iterations, where one that was cut to land says only in which direction.
     pub fn succeed(&mut self, tried: f64, iterations: u64) {
         self.successes += 1;
-        self.failures = 0;
         if let Some(adaptive) = self.adaptive {
             let wanted = (tried * growth(adaptive.iterations, iterations)).min(adaptive.longest);
             let longer = iterations as f64 <= adaptive.iterations;
@@ -88,7 +85,6 @@ impl StepControl {
     pub fn fail(&mut self, tried: f64) -> bool {
         self.dt = 0.5 * tried.min(self.dt);
         self.successes = 0;
-        self.failures += 1;
         let shortest = self.adaptive.and_then(|adaptive| adaptive.shortest);
         self.dt >= shortest.unwrap_or(self.nominal * 0.5f64.powi(self.max_halvings as i32)) * (1.0 - 1e-9)
     }

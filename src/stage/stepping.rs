@@ -8,8 +8,8 @@ use crate::scene::Scene;
 use crate::snapshot::Snapshot;
 use crate::solve::{Adaptive, ArcControl, Reach, StepControl, StepPlan};
 
-/// Times that an adaptive step is halved before descent is tried.
-const SHORTER: u32 = 3;
+/// Length over the first of an adaptive step that may go on by descent.
+const SHORT: f64 = 0.125;
 
 /// Chooses steps and takes them.
 pub struct Stepping {
@@ -126,8 +126,8 @@ impl Stepping {
                 Ok((report, model.time() - from, true))
             }
             (Plan::Ahead(plan), _) => {
-                // A shorter step costs less than descent, but where none is short enough, at a limit point.
-                model.set_descends(self.control.adaptive.is_none() || self.control.failures >= SHORTER);
+                // A shorter step costs less than descent, but at a limit point none is short enough.
+                model.set_descends(self.control.adaptive.is_none() || plan.dt <= SHORT * self.control.nominal);
                 let report = model.advance(plan.dt, plan.time)?;
                 self.control.succeed(plan.dt, report.solved.iterations);
                 Ok((report, plan.dt, plan.lands || self.control.interval.is_none()))
