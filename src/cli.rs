@@ -71,6 +71,10 @@ enum Verb {
         #[command(flatten)]
         options: stage::run::Options,
     },
+    /// Find the lowest modes of vibration or buckling about the last equilibrium (modes.h5, modes.json), where the scene has [modes].
+    ///
+    /// Example: thinshell modes scene.toml --set modes.count=8
+    Modes(SceneArgs),
     /// Write the checkpoints as VTK files (vtk/).
     ///
     /// Example: thinshell export scene.toml
@@ -152,6 +156,7 @@ impl CommandLine {
             Verb::Mesh(scene) => self.at(scene, stage::mesh::run),
             Verb::Setup(scene) => self.at(scene, stage::setup::run),
             Verb::Run { scene, options } => self.at(scene, |job| stage::run::run(job, options)),
+            Verb::Modes(scene) => self.at(scene, stage::modes::run),
             Verb::Export(scene) => self.at(scene, stage::export::run),
             Verb::Report(ReportArgs { ladder: Some(scene), json, overrides, .. }) => {
                 explained(Job::read(scene, None, &overrides.set, self.quiet)?, |job| stage::report::ladder(job, json.as_deref()))

@@ -7,22 +7,22 @@
 //! | module | what it holds |
 //! | --- | --- |
 //! | [`cli`] | verbs and flags |
-//! | [`stage`] | one file per verb: check, mesh, setup, run, export, report, status, all; `build` turns a scene into objects |
+//! | [`stage`] | one file per verb: check, mesh, setup, run, modes, export, report, status, all; `build` turns a scene into objects |
 //! | [`case`] | a case's files: HDF5 (atomic, sealed by a checksum), history, VTK, hashes of inputs |
 //! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
 //! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
-//! | [`solve`] | Newton's method, descent, the way off unstable equilibria, paths by arc length, step sizes |
+//! | [`solve`] | Newton's method, descent, the way off unstable equilibria, paths by arc length, modes of vibration and buckling, step sizes |
 //! | [`shell`] | elements, hinges, rest forms, materials, the Koiter energy, mass |
 //! | [`load`] | forces on nodes |
 //! | [`moisture`] | diffusion of moisture and heat in layers of prisms over the faces |
 //! | [`mesh`] | triangles, generators, file import, quality |
-//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation, lowest mode |
+//! | [`sparse`] | potentials, pattern, assembly into slots, factorisation, eigenvalues |
 //! | [`scene`] | what a scene file may say |
 //! | [`math`] | expressions |
 //! | [`snapshot`], [`error`] | named fields at one moment, which models and files share; what can go wrong |
 //!
 //! A case is a folder and a stage is a command: `mesh` writes `mesh.h5`, `setup` writes `setup.h5`, `run` writes `run/step_NNNNNNNN.h5` and
-//! `history.csv`, `export` writes `vtk/`, `report` writes `report.json` and `report.md`. Each file carries the hash of what it was made from.
+//! `history.csv`, `modes` writes `modes.h5` and `modes.json`, `export` writes `vtk/`, `report` writes `report.json` and `report.md`. Each file carries the hash of what it was made from.
 //!
 //! # Notation
 //!
@@ -49,9 +49,10 @@
 //!
 //! # Known gaps
 //!
-//! Contact, incompressible rubber, reactions, branches of paths and
+//! Contact, incompressible rubber, branches of paths and
 //! integrators other than implicit Euler are not here yet. Assembly and factorisation use one thread. A moment on edges that may tilt out of
-//! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane.
+//! their plane has no stiffness of its own in the matrix, so large ones converge only where the shell is held in its plane, and modes of buckling do not
+//! see it. Supports hold coordinates along the axes; a slanted plane of symmetry needs a mesh that is turned. The air of [`load::Wind`] is not moved by the shell.
 //!
 //! # Sources
 //!

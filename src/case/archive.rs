@@ -26,6 +26,8 @@ pub enum Kind {
     Setup,
     /// `run/step_NNNNNNNN.h5`
     Checkpoint,
+    /// `modes.h5`
+    Modes,
 }
 
 impl Kind {
@@ -35,6 +37,7 @@ impl Kind {
             Kind::Mesh => "mesh",
             Kind::Setup => "setup",
             Kind::Checkpoint => "checkpoint",
+            Kind::Modes => "modes",
         }
     }
 
@@ -43,6 +46,7 @@ impl Kind {
         match self {
             Kind::Mesh => "make it anew: thinshell mesh SCENE, or do all that is out of date: thinshell all SCENE",
             Kind::Setup => "make it anew: thinshell setup SCENE, or do all that is out of date: thinshell all SCENE",
+            Kind::Modes => "make it anew: thinshell modes SCENE, or do all that is out of date: thinshell all SCENE",
             Kind::Checkpoint => "remove it and all later ones, then: thinshell run SCENE",
         }
     }
@@ -251,7 +255,7 @@ fn parse(path: &Path, size: u64) -> hdf5::Result<Archive> {
     let kind = take("kind")?;
     let inputs = take("inputs")?;
     take("program")?;
-    let kind = [Kind::Mesh, Kind::Setup, Kind::Checkpoint]
+    let kind = [Kind::Mesh, Kind::Setup, Kind::Checkpoint, Kind::Modes]
         .into_iter()
         .find(|k| k.name() == kind)
         .ok_or_else(|| hdf5::Error::from(format!("is of the unknown kind `{kind}`")))?;

@@ -1,15 +1,24 @@
 //! Forces that keep size and direction while the shell moves.
 
+use super::{VectorField, not_finite};
 use crate::sparse::{Curvature, HELD, Numbering, Pattern, Potential, System};
 use nalgebra::Vector3;
 
+/// Weight: the acceleration [m/s2] of a node's initial place and of time.
+struct Weight {
+    acceleration: VectorField,
+    changes: bool,
+    places: Vec<Vector3<f64>>,
+    masses: Vec<f64>,
+    time: f64,
+}
+
 /// `-factor sum_i f_i.x_i`: constant forces on nodes.
-#[derive(Clone, Debug)]
 pub struct DeadLoad {
     /// Node and force [N].
     forces: Vec<(usize, Vector3<f64>)>,
-    /// Acceleration of weight [m/s2]; none for other forces.
-    acceleration: Option<Vector3<f64>>,
+    /// What makes the forces of weight; none for other forces.
+    weight: Option<Weight>,
     factor: f64,
     /// Free numbers of each force's coordinates.
     numbers: Vec<[u32; 3]>,
@@ -18,13 +27,33 @@ pub struct DeadLoad {
 impl DeadLoad {
     /// `forces`: node and force [N]; forces on one node add up.
     pub fn new(forces: Vec<(usize, Vector3<f64>)>) -> Self {
-        DeadLoad { forces, acceleration: None, factor: 1.0, numbers: Vec::new() }
+        DeadLoad { forces, weight: None, factor: 1.0, numbers: Vec::new() }
     }
 
-    /// Weight of the masses that the nodes carry [kg] under an acceleration [m/s2].
-    pub fn weight(masses: &[f64], acceleration: Vector3<f64>) -> Self {
-        let forces = masses.iter().map(|mass| acceleration * *mass).enumerate().collect();
-        DeadLoad { acceleration: Some(acceleration), ..DeadLoad::new(forces) }
+    /// Weight of the masses that the nodes carry [kg] under an acceleration [m/s2], a field of the nodes' initial places [m] and of time.
+    /// `changes`: whether it depends on time. The forces are those of time 0.
+    pub fn weight(masses: &[f64], places: &[Vector3<f64>], acceleration: VectorField, changes: bool) -> Self {
+        let weight = Weight { acceleration, changes, places: places.to_vec(), masses: masses.to_vec(), time: 0.0 };
+        let mut load = DeadLoad { weight: Some(weight), ..DeadLoad::new((0..masses.len()).map(|i| (i, Vector3::zeros())).collect()) };
+        load.weigh();
+        load
+    }
+
+    /// Number of forces.
+    pub(super) fn len(&self) -> usize {
+        self.forces.len()
+    }
+
+    /// Replaces the forces on their nodes [N].
+    pub(super) fn set_forces(&mut self, forces: Vec<Vector3<f64>>) {
+        self.forces.iter_mut().zip(forces).for_each(|((_, force), new)| *force = new);
+    }
+
+    fn weigh(&mut self) {
+        let Some(weight) = &self.weight else { return };
+        for (node, force) in &mut self.forces {
+            *force = (weight.acceleration)(&weight.places[*node], weight.time) * weight.masses[*node];
+        }
     }
 }
 
@@ -33,10 +62,23 @@ impl super::Load for DeadLoad {
         self.factor = factor;
     }
 
-    fn set_masses(&mut self, masses: &[f64]) {
-        if let Some(acceleration) = self.acceleration {
-            self.forces.iter_mut().for_each(|(node, force)| *force = acceleration * masses[*node]);
+    fn set_time(&mut self, time: f64) {
+        if let Some(weight) = self.weight.as_mut().filter(|weight| weight.changes && weight.time != time) {
+            weight.time = time;
+            self.weigh();
         }
+    }
+
+    fn set_masses(&mut self, masses: &[f64]) {
+        if let Some(weight) = &mut self.weight {
+            weight.masses.copy_from_slice(masses);
+            self.weigh();
+        }
+    }
+
+    fn fault(&self, time: f64) -> Option<(&'static str, String)> {
+        let weight = self.weight.as_ref()?;
+        not_finite(weight.places.iter(), time, |p| (weight.acceleration)(p, time).sum()).map(|reason| ("acceleration", reason))
     }
 }
 

@@ -3,16 +3,67 @@
 //! The forces are those of the present surface, integrated with the shape functions. Their derivative is symmetric wherever the edge of
 //! the loaded part is held or the part is closed; elsewhere the symmetric part is taken, which costs iterations, not accuracy. The energy is
 //! `-p` times the volume under the surface as seen from the origin, whose gradient is the force except at free edges of the loaded part.
+//!
+//! A pressure may vary with the present place, as that of a liquid does. Its energy is then minus the flux through the surface of
+//! `x int_0^1 s^2 p(s x) ds`, whose divergence is `p`; three Gauss points along the way make it exact for a pressure of third degree in place. For
+//! others the forces are still exact. The derivative of `p` in place is a central difference.
 
+use super::{ScalarField, not_finite};
 use crate::math::SurfacePoint;
+use crate::math::quadrature::GAUSS;
 use crate::sparse::{Curvature, Numbering, Pattern, Potential, Scatter, System};
 use nalgebra::{Matrix3, Vector3};
+
+/// What the pressure is [Pa].
+enum Value {
+    /// The same everywhere.
+    Uniform(f64),
+    /// A field of the present place and of time.
+    Field(Field),
+}
+
+struct Field {
+    value: ScalarField,
+    time: f64,
+    /// Half the distance over which its derivative is taken [m].
+    step: f64,
+    /// Initial places of the quadrature points, where it is looked at beforehand.
+    places: Vec<Vector3<f64>>,
+}
+
+impl Value {
+    fn at(&self, place: &Vector3<f64>) -> f64 {
+        match self {
+            Value::Uniform(p) => *p,
+            Value::Field(field) => (field.value)(place, field.time),
+        }
+    }
+
+    /// `int_0^1 s^2 p(s x) ds`.
+    fn moment(&self, place: &Vector3<f64>) -> f64 {
+        match self {
+            Value::Uniform(p) => p / 3.0,
+            Value::Field(field) => GAUSS.iter().map(|(s, w)| w * s * s * (field.value)(&(place * *s), field.time)).sum(),
+        }
+    }
+
+    /// Gradient in place [Pa/m]; none where there is none.
+    fn gradient(&self, place: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let Value::Field(field) = self else { return None };
+        let along = |k: usize| {
+            let mut d = Vector3::zeros();
+            d[k] = field.step;
+            (self.at(&(place + d)) - self.at(&(place - d))) / (2.0 * field.step)
+        };
+        Some(Vector3::new(along(0), along(1), along(2)))
+    }
+}
 
 /// Pressure on faces of `K` nodes and `N = 3 K` coordinates.
 pub struct Pressure<const K: usize, const N: usize> {
     nodes: Vec<[usize; K]>,
     points: Vec<SurfacePoint<K>>,
-    pressure: f64,
+    pressure: Value,
     factor: f64,
     scatter: Scatter<N>,
 }
@@ -21,7 +72,22 @@ impl<const K: usize, const N: usize> Pressure<K, N> {
     /// `nodes`: of each loaded face. `points`: quadrature of the element. `pressure`: [Pa], positive along the normal.
     pub fn new(nodes: Vec<[usize; K]>, points: Vec<SurfacePoint<K>>, pressure: f64) -> Self {
         let scatter = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
-        Pressure { nodes, points, pressure, factor: 1.0, scatter }
+        Pressure { nodes, points, pressure: Value::Uniform(pressure), factor: 1.0, scatter }
+    }
+
+    /// The same with a pressure [Pa] that varies with the present place and with time. `positions`: initial, of all nodes [m]. `diameter`: of the
+    /// mesh [m].
+    pub fn varying(
+        nodes: Vec<[usize; K]>,
+        points: Vec<SurfacePoint<K>>,
+        value: ScalarField,
+        positions: &[Vector3<f64>],
+        diameter: f64,
+    ) -> Self {
+        let at = |face: &[usize; K], point: &SurfacePoint<K>| face.iter().zip(point.shape).map(|(n, s)| positions[*n] * s).sum();
+        let places = nodes.iter().flat_map(|face| points.iter().map(move |point| at(face, point))).collect();
+        let field = Field { value, time: 0.0, step: 1e-5 * diameter, places };
+        Pressure { pressure: Value::Field(field), ..Pressure::new(nodes, points, 0.0) }
     }
 
     fn stencil(nodes: &[usize; K]) -> [usize; N] {
@@ -37,20 +103,25 @@ impl<const K: usize, const N: usize> Pressure<K, N> {
         point.slopes.map(|slopes| r.iter().zip(slopes).map(|(r, s)| r * s).sum())
     }
 
+    fn place(point: &SurfacePoint<K>, r: &[Vector3<f64>; K]) -> Vector3<f64> {
+        r.iter().zip(point.shape).map(|(r, n)| r * n).sum()
+    }
+
     /// Gradient and energy of one face.
     fn face(&self, face: usize, x: &[f64]) -> ([f64; N], f64) {
         let r = self.positions(face, x);
-        let p = self.pressure * self.factor;
         let (mut gradient, mut energy) = ([0.0; N], 0.0);
         for point in &self.points {
             let [r1, r2] = Self::tangents(point, &r);
-            let area = r1.cross(&r2) * (p * point.weight);
+            let place = Self::place(point, &r);
+            let area = r1.cross(&r2) * (self.factor * point.weight);
+            let force = area * self.pressure.at(&place);
             for (i, n) in point.shape.iter().enumerate() {
                 for k in 0..3 {
-                    gradient[3 * i + k] -= n * area[k];
+                    gradient[3 * i + k] -= n * force[k];
                 }
-                energy -= n * r[i].dot(&area) / 3.0;
             }
+            energy -= self.pressure.moment(&place) * place.dot(&area);
         }
         (gradient, energy)
     }
@@ -64,6 +135,17 @@ fn cross(a: &Vector3<f64>) -> Matrix3<f64> {
 impl<const K: usize, const N: usize> super::Load for Pressure<K, N> {
     fn set_factor(&mut self, factor: f64) {
         self.factor = factor;
+    }
+
+    fn set_time(&mut self, time: f64) {
+        if let Value::Field(field) = &mut self.pressure {
+            field.time = time;
+        }
+    }
+
+    fn fault(&self, time: f64) -> Option<(&'static str, String)> {
+        let Value::Field(field) = &self.pressure else { return None };
+        not_finite(field.places.iter(), time, |p| (field.value)(p, time)).map(|reason| ("pressure", reason))
     }
 }
 
@@ -88,15 +170,23 @@ impl<const K: usize, const N: usize> Potential for Pressure<K, N> {
         if curvature == Curvature::Projected {
             return energy;
         }
-        let p = self.pressure * self.factor;
         for face in 0..self.nodes.len() {
             let r = self.positions(face, x);
             let mut blocks = [[Matrix3::zeros(); K]; K];
             for point in &self.points {
-                let [r1, r2] = Self::tangents(point, &r).map(|t| cross(&t) * (-p * point.weight));
+                let (tangents, place) = (Self::tangents(point, &r), Self::place(point, &r));
+                let p = self.pressure.at(&place) * self.factor;
+                let [r1, r2] = tangents.map(|t| cross(&t) * (-p * point.weight));
+                let varied = self.pressure.gradient(&place).map(|slope| {
+                    let area = tangents[0].cross(&tangents[1]) * (self.factor * point.weight);
+                    area * slope.transpose()
+                });
                 for (i, n) in point.shape.iter().enumerate() {
                     for j in 0..K {
                         blocks[i][j] += (r1 * point.slopes[1][j] - r2 * point.slopes[0][j]) * *n;
+                        if let Some(varied) = &varied {
+                            blocks[i][j] -= varied * (n * point.shape[j]);
+                        }
                     }
                 }
             }

@@ -56,6 +56,11 @@ pub fn linear_triangle() -> [SurfacePoint<3>; 1] {
     [SurfacePoint { weight: 0.5, shape: [1.0 / 3.0; 3], slopes: [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]] }]
 }
 
+/// Seven points on a flat triangle, for what varies over it.
+pub fn linear_radon() -> [SurfacePoint<3>; 7] {
+    RADON.map(|([x, y], weight)| SurfacePoint { weight, shape: [1.0 - x - y, x, y], slopes: [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]] })
+}
+
 /// Seven points: exact for the product of a shape function and the area vector of a curved triangle.
 pub fn quadratic_triangle() -> [SurfacePoint<6>; 7] {
     RADON.map(|(place, weight)| SurfacePoint { weight, shape: quadratic_shape(place), slopes: quadratic_slopes(place) })

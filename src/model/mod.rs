@@ -3,6 +3,8 @@
 //! A model exchanges [`crate::snapshot::Snapshot`]s with the rest of the program and knows neither files nor scenes.
 
 mod along;
+mod modes;
+mod reactions;
 mod rest_driver;
 mod shell_model;
 mod transport;

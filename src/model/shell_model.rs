@@ -1,6 +1,7 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
 
 use super::Model;
+use super::reactions::Reactions;
 use super::rest_driver::RestDriver;
 use super::transport::{FollowingMass, Transport};
 use crate::error::{Error, Result};
@@ -74,6 +75,8 @@ pub struct ShellModel {
     pub(super) heading: Option<Vec<f64>>,
     /// Whether checkpoints keep the lowest mode.
     keeps_mode: bool,
+    /// What the supports exert; absent where nobody asks.
+    pub(super) reactions: Option<Reactions>,
 }
 
 /// What an accepted step has to tell.
@@ -172,7 +175,8 @@ impl ShellModel {
         parts.shell.set_rest(&parts.initial_forms);
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
         let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
-        let mut model = ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, heading: None, keeps_mode: false };
+        let mut model =
+            ShellModel { parts, newton, x, v, step: 0, time: 0.0, rest_is_set: false, heading: None, keeps_mode: false, reactions: None };
         model.follow(0.0).map_err(|(place, reason)| Error::input(place, reason))?;
         model.parts.shell.restart(&model.x);
         Ok(model)
@@ -211,12 +215,7 @@ impl ShellModel {
     /// # Errors
     /// [`StepFailure::Input`] for a motion or a load's factor that is not finite.
     pub fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
-        for load in &self.parts.loads {
-            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
-            if !factor.is_finite() {
-                return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
-            }
-        }
+        check_loads(&self.parts, time)?;
         let mut targets = Vec::with_capacity(self.parts.held.len());
         for held in &self.parts.held {
             if let Some((key, motion)) = &held.motion {
@@ -267,10 +266,14 @@ impl ShellModel {
         if let Some(inertia) = &mut self.parts.inertia {
             inertia.start_step(&before, &self.v, dt);
         }
+        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step(&before, time, dt));
         let solved = self.newton.solve(&mut potentials(&mut self.parts), &mut self.x, &targets);
         let solved = solved.map_err(|failure| self.failed(failure))?;
         for (v, (now, before)) in self.v.iter_mut().zip(self.x.iter().zip(&before)) {
             *v = (now - before) / dt;
+        }
+        if let Some(reactions) = &mut self.reactions {
+            reactions.update(&mut self.parts, &self.newton, &self.x);
         }
         self.step += 1;
         self.time = time;
@@ -358,6 +361,7 @@ impl ShellModel {
         if let Some(heading) = &self.heading {
             fields.push(field("path_heading", Association::Node, 3, "m", heading[..lengths].to_vec()));
         }
+        fields.extend(self.reactions.iter().flat_map(|reactions| reactions.fields(lengths)));
         let counters = self.counters();
         let numbers = [
             ("newton_iterations", counters.newton_iterations),
@@ -392,6 +396,9 @@ impl ShellModel {
         }
         let points = self.parts.shell.faces() * self.parts.shell.points();
         self.parts.shell.set_lagged(&take("lagged_stress", 6 * points)?);
+        if let Some(reactions) = &mut self.reactions {
+            reactions.take(snapshot)?;
+        }
         self.x[..lengths].copy_from_slice(&position);
         self.x[lengths..].fill(0.0);
         self.v = velocity;
@@ -444,11 +451,30 @@ pub(super) fn follow(parts: &mut Parts, rest_is_set: &mut bool, time: f64) -> Re
     Ok(())
 }
 
+/// Makes sure that loads are finite at a time.
+///
+/// # Errors
+/// [`StepFailure::Input`] with the key at fault.
+pub(super) fn check_loads(parts: &Parts, time: f64) -> Result<(), StepFailure> {
+    for load in &parts.loads {
+        let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
+        if !factor.is_finite() {
+            return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
+        }
+        if let Some((field, reason)) = load.potential.fault(time) {
+            return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
+        }
+    }
+    Ok(())
+}
+
+/// Sets the loads of a time.
 pub(super) fn set_loads(parts: &mut Parts, time: f64) {
     for load in &mut parts.loads {
         if let Some(factor) = &load.factor {
             load.potential.set_factor(factor(time));
         }
+        load.potential.set_time(time);
     }
 }
 

@@ -4,20 +4,20 @@ use super::Expr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Gravity.
+/// Gravity, or another acceleration that acts on all mass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gravity {
-    /// Acceleration [m/s2], each component finite.
+    /// Acceleration [m/s2], of x, y, z, r, theta (initial place) and t, as of a turning or shaken support. Each node's mass takes that of its place.
     #[serde(default = "standard_gravity")]
-    pub acceleration: [f64; 3],
+    pub acceleration: [Expr; 3],
     /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }
 
-fn standard_gravity() -> [f64; 3] {
-    [0.0, 0.0, -9.80665]
+fn standard_gravity() -> [Expr; 3] {
+    [0.0, 0.0, -9.80665].map(Expr::Number)
 }
 
 /// A force on every vertex of a region; it keeps its direction.
@@ -66,8 +66,8 @@ pub struct Pressure {
     /// Name of a region with faces. Absent: all faces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// Pressure [Pa], finite; positive pushes along the normal, towards the top.
-    pub pressure: f64,
+    /// Pressure [Pa], of x, y, z, r, theta (present place, as of a liquid) and t; positive pushes along the normal, towards the top.
+    pub pressure: Expr,
     /// Factor in time, of t. Default: the load factor `t` in statics without `end`, else 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,

@@ -85,6 +85,34 @@ pub enum Measure {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         region: Option<String>,
     },
+    /// Force [N] along one axis that the supports exert on the nodes of a region, those of its edges included. Needs `reactions` in `[output]`.
+    Reaction {
+        /// Name of a region with vertices.
+        region: String,
+        /// Axis.
+        axis: super::Axis,
+    },
+    /// Moment [N m] that they exert about an axis through a point: of the forces on the nodes, in their present places, and of the moments on
+    /// the directors.
+    ReactionMoment {
+        /// Name of a region with vertices.
+        region: String,
+        /// Direction of the axis.
+        axis: super::Axis,
+        /// A point on it [m].
+        #[serde(default)]
+        about: [f64; 3],
+    },
+    /// Frequency [Hz] of a mode of `[modes]`; negative where the equilibrium is unstable.
+    Frequency {
+        /// Number of the mode, from 1.
+        mode: usize,
+    },
+    /// Factor on the load [1] of a mode of `[modes]`.
+    BucklingFactor {
+        /// Number of the mode, from 1.
+        mode: usize,
+    },
     /// Distance [m] between the two vertices nearest to two points of the initial mesh.
     DistanceBetween {
         /// Point of the initial mesh [m].

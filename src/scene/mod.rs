@@ -4,12 +4,14 @@
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
 mod diffusion;
+mod distributed;
 mod ladder;
 mod load;
 mod machine_direction;
 mod material;
 mod measure;
 mod mesh;
+mod modes;
 mod read;
 mod report;
 mod rest;
@@ -28,6 +30,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use diffusion::{Boundary, Diffusion, DiffusionMass, DiffusionRegion, Diffusivity, Exchange, Scheme, Seen, Side, Spacing};
+pub use distributed::{SpreadForce, Wind};
 pub use ladder::{Ladder, LadderExpectation, LadderMesh, Refinement};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
@@ -37,6 +40,7 @@ pub use mesh::{
     Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, Refine, RegionTable,
     SphereCap, Triangulation,
 };
+pub use modes::{ModeKind, Modes};
 pub use read::{SceneFile, parse, read, to_toml};
 pub use report::{Expectation, NamedMeasure, Passage, PathMeasures, Report};
 pub use rest::{
@@ -175,6 +179,15 @@ pub struct Scene {
     /// Pressures.
     #[serde(default, rename = "pressure", skip_serializing_if = "Vec::is_empty")]
     pub pressures: Vec<Pressure>,
+    /// Forces per initial area.
+    #[serde(default, rename = "surface-load", skip_serializing_if = "Vec::is_empty")]
+    pub surface_loads: Vec<SpreadForce>,
+    /// Forces per volume.
+    #[serde(default, rename = "body-force", skip_serializing_if = "Vec::is_empty")]
+    pub body_forces: Vec<SpreadForce>,
+    /// Drag of the air.
+    #[serde(default, rename = "wind", skip_serializing_if = "Vec::is_empty")]
+    pub winds: Vec<Wind>,
     /// Supports.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,
@@ -184,6 +197,9 @@ pub struct Scene {
     /// Motion in time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,
+    /// The lowest modes about the last equilibrium. Absent: not found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<Modes>,
     /// Nonlinear solver.
     #[serde(default)]
     pub solver: Solver,
@@ -204,6 +220,7 @@ impl Scene {
     /// End of the run: time [s], or a load factor of 1.
     pub fn end(&self) -> f64 {
         match (&self.statics, &self.dynamics) {
+            (Some(statics), _) if statics.steps == 0 => 0.0,
             (Some(statics), _) => statics.end.unwrap_or(1.0),
             (None, Some(dynamics)) => dynamics.end,
             (None, None) => 0.0,

@@ -15,7 +15,22 @@ use toml_edit::{Document, Item, de};
 /// Largest scene file that is read [bytes].
 const SIZE_LIMIT: u64 = 10 * 1024 * 1024;
 /// Tables that may be there several times.
-const LISTS: &[&str] = &["region", "boundary", "pin", "expect", "meshes", "force", "edge-load", "moment", "pressure", "sweep", "measures"];
+const LISTS: &[&str] = &[
+    "region",
+    "boundary",
+    "pin",
+    "expect",
+    "meshes",
+    "force",
+    "edge-load",
+    "surface-load",
+    "body-force",
+    "wind",
+    "moment",
+    "pressure",
+    "sweep",
+    "measures",
+];
 
 /// A scene together with where it came from.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Statics {
-    /// Steps, 1 to 100000; one that fails is halved.
+    /// Steps, 1 to 100000; one that fails is halved. With [modes] also 0: the initial shape is taken as it is.
     #[serde(default = "default_steps")]
     pub steps: usize,
     /// End of the process that the equilibria follow [s], > 0. Loads and rest laws are then in force from the start, as in motion, unless they say
@@ -91,4 +91,8 @@ pub struct Output {
     /// `statics.stable`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub lowest_mode: bool,
+    /// Also keep what the supports exert: fields `reaction` [N] of the nodes, which is exported, and `reaction_moment` [N m] of the directors,
+    /// about their edges. The measures `reaction` and `reaction-moment` need it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub reactions: bool,
 }

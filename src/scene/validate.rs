@@ -3,6 +3,8 @@
 //! What depends on the mesh (whether a region exists, whether it has faces) is not checked here.
 
 mod diffusion;
+mod load;
+mod modes;
 mod report;
 mod rest;
 mod stepping;
@@ -83,7 +85,7 @@ pub(super) fn scene(scene: &Scene) -> Check {
     scene.rest.as_ref().map_or(Ok(()), |table| rest::rest(table, scene))?;
     diffusion::diffusing(scene)?;
     if let Some(gravity) = &scene.gravity {
-        finite("gravity.acceleration", &gravity.acceleration, "m/s2")?;
+        expressions("gravity.acceleration", &gravity.acceleration, PLACE_AND_TIME)?;
         optional_expression("gravity.factor", &gravity.factor, TIME)?;
     }
     loads(scene)?;
@@ -97,6 +99,7 @@ pub(super) fn scene(scene: &Scene) -> Check {
         require(&format!("pin.{i}.director"), angles, "needs directors of the edges' own, which `average` has not")?;
         pin(&format!("pin.{i}"), table)?;
     }
+    modes::modes(scene)?;
     count_of_steps(scene)?;
     within("solver.tolerance", scene.solver.tolerance, 1e-14..=1e-2)?;
     within("solver.max_iterations", scene.solver.max_iterations, 1..=1000)?;
@@ -120,10 +123,10 @@ fn loads(scene: &Scene) -> Check {
         require(&format!("moment.{i}"), angles, "needs directors of the edges' own, which `average` has not")?;
     }
     for (i, load) in scene.pressures.iter().enumerate() {
-        finite(&format!("pressure.{i}.pressure"), &[load.pressure], "Pa")?;
+        expression(&format!("pressure.{i}.pressure"), &load.pressure, PLACE_AND_TIME)?;
         optional_expression(&format!("pressure.{i}.factor"), &load.factor, TIME)?;
     }
-    Ok(())
+    load::distributed(scene)
 }
 
 fn cells(key: &str, cells: [usize; 2], least: [usize; 2]) -> Check {
@@ -230,7 +233,9 @@ fn shell(scene: &Scene) -> Check {
     positive_or_absent("shell.viscosity", shell.viscosity, "s")?;
     let both = shell.element == Element::Quadratic && shell.director == Director::Average;
     require("shell.director", !both, "`average` exists for the linear element only")?;
-    let user = if scene.dynamics.is_some() { Some("dynamics") } else { scene.gravity.as_ref().map(|_| "gravity") };
+    let vibrates = scene.modes.as_ref().filter(|table| table.kind == ModeKind::Vibration).map(|_| "modes");
+    let weight = scene.gravity.as_ref().map(|_| "gravity");
+    let user = scene.dynamics.as_ref().map(|_| "dynamics").or(weight).or(vibrates);
     if let (Some(user), None) = (user, shell.density) {
         return Err(fault("shell.density", format!("this key is missing, and [{user}] needs it [kg/m3]")));
     }
@@ -320,7 +325,7 @@ fn time(scene: &Scene) -> Check {
 }
 
 fn statics(statics: &Statics, scene: &Scene) -> Check {
-    within("statics.steps", statics.steps, 1..=100_000)?;
+    within("statics.steps", statics.steps, usize::from(scene.modes.is_none())..=100_000)?;
     positive_or_absent("statics.end", statics.end, "s")?;
     let energies = !statics.stable || scene.moments.is_empty();
     require("statics.stable", energies, "needs an energy to tell stable states by, which a [[moment]] has not")?;

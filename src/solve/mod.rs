@@ -6,12 +6,14 @@
 
 mod arc_length;
 mod descent;
+mod modes;
 mod newton;
 mod round_off;
 mod stability;
 mod steps;
 
 pub use arc_length::{Advance, ArcControl, Family, RATE_STEP, Reach, Stop};
+pub use modes::{Mode, NoModes};
 pub use newton::{Counters, Failure, Newton, Settings, Solved};
 pub use stability::{Stability, Stabilizer};
 pub use steps::{Adaptive, StepControl, StepPlan};

@@ -117,6 +117,11 @@ impl Newton {
         })
     }
 
+    /// Binds potentials to the free unknowns, as those of this solver have to be.
+    pub fn bind(&self, potentials: &mut [&mut dyn Potential]) {
+        potentials.iter_mut().for_each(|p| p.bind(&self.numbering, &self.pattern));
+    }
+
     /// Work done so far.
     pub fn counters(&self) -> Counters {
         self.counters

@@ -2,9 +2,10 @@
 //!
 //! A [`Potential`] declares which unknowns it couples; [`Numbering`] says which of them are free; [`Pattern`] is the union of all
 //! couplings; [`Scatter`] knows, for elements of one size, where in the pattern each entry goes; [`Cholesky`] is analysed once and
-//! refactored in place; [`lanczos`] finds the lowest mode with its help. Local physics and global indices meet only here. Nothing here knows what an unknown means.
+//! refactored in place; [`lanczos`] finds the lowest mode with its help, [`eigen`] several. Local physics and global indices meet only here. Nothing here knows what an unknown means.
 
 mod cholesky;
+pub mod eigen;
 pub mod lanczos;
 mod pattern;
 mod potential;

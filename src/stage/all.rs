@@ -1,6 +1,6 @@
 //! `all`: does every stage that is out of date, from mesh to report.
 
-use super::{Job, export, mesh, report, run as run_stage, setup};
+use super::{Job, export, mesh, modes, report, run as run_stage, setup};
 use crate::case::{Archive, Folder, Kind};
 use crate::error::{Error, Result};
 
@@ -17,7 +17,7 @@ pub fn run(job: &Job) -> Result<()> {
     report::bring_up_to_date(job)
 }
 
-/// Mesh, setup and run, where they are out of date.
+/// Mesh, setup, run and modes, where they are out of date.
 pub fn until_run(job: &Job) -> Result<()> {
     let has_mesh = Archive::read_for(&mesh::path(job), Kind::Mesh, &mesh::inputs(job)?).is_ok();
     let has_setup = Archive::read_for(&setup::path(job), Kind::Setup, &setup::inputs(job)?).is_ok();
@@ -38,5 +38,8 @@ pub fn until_run(job: &Job) -> Result<()> {
         }
         done => (done?, false),
     };
-    if done { Ok(()) } else { run_stage::run(job, &run_stage::Options { restart, stop_after: None }) }
+    if !done {
+        run_stage::run(job, &run_stage::Options { restart, stop_after: None })?;
+    }
+    if modes::is_current(job)? { Ok(()) } else { modes::run(job) }
 }

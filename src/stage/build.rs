@@ -100,6 +100,11 @@ fn masses(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Opt
     (!per_area.is_empty()).then(|| masses_of(kind, &per_area, scene, mesh, topology, setup))
 }
 
+/// Inertia of the shell; none where the scene has no density.
+pub fn inertia(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Option<Box<dyn Inertial>> {
+    masses(scene, mesh, topology, setup).map(|masses| masses.inertia)
+}
+
 /// Masses of faces with these masses per rest area at the start [kg/m2].
 fn masses_of(kind: MassKind, per_area: &[f64], scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Masses {
     let root = |a: [f64; 3]| (a[0] * a[2] - a[1] * a[1]).sqrt();
@@ -146,7 +151,7 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
     let profiles = diffusion::profiles(scene, mesh)?;
     let masses = masses(scene, mesh, topology, setup);
     let positions = mesh.nodes();
-    let loads = loads::build(scene, mesh, topology, masses.as_ref().map_or(&[], |m| &m.nodes))?;
+    let loads = loads::build(scene, mesh, topology, &setup.materials, masses.as_ref().map_or(&[], |m| &m.nodes))?;
     let held = setup
         .held
         .iter()
@@ -174,6 +179,9 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
         positions,
     };
     let mut model = ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)?;
+    if scene.output.reactions {
+        model.keep_reactions()?;
+    }
     if scene.statics.as_ref().is_some_and(|s| s.stable) {
         let areas = masses_of(MassKind::Lumped, &vec![1.0; mesh.faces.len()], scene, mesh, topology, setup).nodes;
         model.leave_unstable(&areas, scene.output.lowest_mode);

@@ -3,7 +3,10 @@
 use super::{Job, mesh as mesh_stage, print, report, setup};
 use crate::error::Result;
 use crate::mesh::{Mesh, conformal};
-use crate::scene::{Composition, Diffusion, FlattenOnto, Lame, MachineDirection, Material, MeshTable, PinDirector, Rest, Scene, Shell};
+use crate::scene::{
+    Composition, Diffusion, Expr, FlattenOnto, Lame, MachineDirection, Material, MeshTable, ModeKind, PinDirector, Rest, Scene, Shell,
+    SpreadForce,
+};
 
 /// Ways in which a body that nothing holds moves without strain.
 const FREE_BODY: usize = 6;
@@ -61,8 +64,7 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     }
     parts.extend(scene.diffusing().map(|(table, _, _, said)| (table, diffusion(said))));
     if let Some(gravity) = &scene.gravity {
-        let [x, y, z] = gravity.acceleration;
-        parts.push(("gravity", format!("({x}, {y}, {z}) m/s2")));
+        parts.push(("gravity", format!("{} m/s2", vector(&gravity.acceleration))));
     }
     let change = |value: Option<f64>, unit: &str| value.map_or(String::new(), |value| format!(", {value} {unit}"));
     parts.extend(shell.regions.iter().map(|r| {
@@ -79,8 +81,16 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     parts.extend(scene.moments.iter().map(|load| ("moment", format!("{}: {:?} N", load.region, load.moment))));
     let all = || "all faces".to_owned();
     parts.extend(
-        scene.pressures.iter().map(|load| ("pressure", format!("{}: {} Pa", load.region.clone().unwrap_or_else(all), load.pressure))),
+        scene
+            .pressures
+            .iter()
+            .map(|load| ("pressure", format!("{}: {} Pa", load.region.clone().unwrap_or_else(all), word(&load.pressure)))),
     );
+    for (name, loads, unit) in [("surface-load", &scene.surface_loads, "N/m2"), ("body-force", &scene.body_forces, "N/m3")] {
+        let where_and_what = |load: &SpreadForce| format!("{}: {} {unit}", load.region.clone().unwrap_or_else(all), vector(&load.force));
+        parts.extend(loads.iter().map(|load| (name, where_and_what(load))));
+    }
+    parts.extend(scene.winds.iter().map(|w| ("wind", format!("{}: {} m/s", w.region.clone().unwrap_or_else(all), vector(&w.velocity)))));
     parts.extend(scene.pins.iter().map(|pin| {
         let axes: Vec<String> = pin.components.iter().map(|axis| format!("{axis:?}").to_lowercase()).collect();
         let director = match pin.director {
@@ -107,6 +117,9 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     if let Some(dynamics) = &scene.dynamics {
         parts.push(("dynamics", format!("to {} s in steps of {} s", dynamics.end, dynamics.dt)));
     }
+    if let Some(modes) = &scene.modes {
+        parts.push(("modes", format!("{} of {}", modes.count, if modes.kind == ModeKind::Vibration { "vibration" } else { "buckling" })));
+    }
     if let Some(report) = &scene.report {
         parts.push((
             "report",
@@ -123,6 +136,17 @@ fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
         ));
     }
     parts
+}
+
+fn word(expr: &Expr) -> String {
+    match expr {
+        Expr::Number(value) => value.to_string(),
+        Expr::Text(text) => text.clone(),
+    }
+}
+
+fn vector(components: &[Expr; 3]) -> String {
+    format!("({})", components.each_ref().map(word).join(", "))
 }
 
 fn diffusion(table: &Diffusion) -> String {

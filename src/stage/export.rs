@@ -1,7 +1,7 @@
 //! `export`: writes checkpoints as VTK files (`vtk/*.vtp`, curved faces `*.vtu`, with a `.pvd`) for ParaView and pyvista.
 
 use super::fields::{Fields, State};
-use super::{Job, mesh as mesh_stage, run as run_stage, setup};
+use super::{Job, mesh as mesh_stage, modes, run as run_stage, setup};
 use crate::case::{Folder, hash, vtk};
 use crate::error::{Error, Result};
 use crate::mesh::{FieldOn, Mesh, Topology, conformal};
@@ -22,7 +22,8 @@ fn inputs(job: &Job) -> Result<String> {
     let run = run_stage::inputs(job)?;
     let output = serde_json::to_string(&job.scene.output).map_err(|e| Error::input("output", e.to_string()))?;
     let checkpoints = Folder::new(&job.case, &run).fingerprint()?;
-    Ok(hash::of(&[env!("CARGO_PKG_VERSION").as_bytes(), run.as_bytes(), output.as_bytes(), checkpoints.as_bytes()]))
+    let modes = if job.scene.modes.is_some() { modes::inputs(job)? } else { String::new() };
+    Ok(hash::of(&[env!("CARGO_PKG_VERSION"), &run, &output, &checkpoints, &modes].map(str::as_bytes)))
 }
 
 /// The stage.
@@ -91,14 +92,29 @@ pub fn run(job: &Job) -> Result<()> {
             .write(&vtk_folder.join(&name))?;
         files.push((time, name));
     }
+    // A case may be looked at before its modes have been found.
+    let mut mode_files = Vec::new();
+    if modes::is_current(job)?
+        && let Some(found) = modes::load(job)?
+        && let Some(last) = folder.newest_valid()?.snapshot
+    {
+        mode_files = modes::export(&found, &mesh, &last, &vtk_folder)?;
+        units.insert("mode".into(), "1".into());
+    }
+    whole &= job.scene.modes.is_none() || !mode_files.is_empty();
     // In statics time is the load factor, along a path the number of the step.
     if job.scene.flatten.is_some() {
         units.extend([(conformal::FACTOR.to_owned(), "1".to_owned()), (conformal::POSITION.to_owned(), "m".to_owned())]);
     }
     units.insert("time".into(), if job.scene.runs_in_time() { "s" } else { "1" }.into());
     vtk::write_units(&vtk_folder.join("units.json"), &units)?;
-    let kept: Vec<&str> =
-        files.iter().chain(&director_files).chain(prism_files.values().flatten()).map(|(_, name)| name.as_str()).collect();
+    let kept: Vec<&str> = files
+        .iter()
+        .chain(&director_files)
+        .chain(&mode_files)
+        .chain(prism_files.values().flatten())
+        .map(|(_, name)| name.as_str())
+        .collect();
     remove_leftovers(&vtk_folder, &kept)?;
     if !director_files.is_empty() {
         vtk::write_series(&vtk_folder.join("directors.pvd"), &director_files, None)?;
@@ -139,7 +155,7 @@ fn remove_leftovers(folder: &std::path::Path, kept: &[&str]) -> Result<()> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io("read", folder, e))?;
     for entry in entries.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let ours = ["step_", "directors", "moisture_prisms", "temperature_prisms"].iter().any(|start| name.starts_with(start));
+        let ours = ["step_", "directors", "mode_", "moisture_prisms", "temperature_prisms"].iter().any(|start| name.starts_with(start));
         let written = [".vtp", ".vtu", ".pvd"].iter().any(|ending| name.ends_with(ending));
         if ours && written && !kept.contains(&name.as_str()) {
             std::fs::remove_file(entry.path()).map_err(|e| Error::io("remove", &entry.path(), e))?;

@@ -35,6 +35,7 @@ pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
     let mut names = vec![("displacement", 3)];
     names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));
     names.extend(scene.output.lowest_mode.then_some(("lowest_mode", 3)));
+    names.extend(scene.output.reactions.then_some(("reaction", 3)));
     let prescribed = swells && scene.moisture.is_none();
     names.extend([("moisture_top", 1), ("moisture_bottom", 1)].into_iter().filter(|_| prescribed));
     names.extend(scene.diffusing().flat_map(|(table, ..)| diffused(table).map(|name| (name, 1))));
@@ -165,6 +166,9 @@ impl<'a> Fields<'a> {
         }
         if let Some(mode) = snapshot.field("lowest_mode") {
             point_data.push(point("lowest_mode", 3, "1", mode.data.clone()));
+        }
+        if let Some(reaction) = snapshot.field("reaction") {
+            point_data.push(point("reaction", 3, "N", reaction.data.clone()));
         }
         if let Some([top, bottom]) = rest::moisture(self.scene, self.mesh, snapshot.time)? {
             point_data.extend([point("moisture_top", 1, "%", top), point("moisture_bottom", 1, "%", bottom)]);

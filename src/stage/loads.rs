@@ -1,22 +1,24 @@
 //! The loads of a scene as nodal forces and pressures, consistent with the element's shape functions.
 
-use super::build::of_time;
+use super::build::{expression, field, of_time};
 use super::setup::region;
 use super::supports::{angles_per_edge, first_angle};
 use crate::error::{Error, Result};
-use crate::load::{DeadLoad, EdgeMoment, Load, Pressure};
-use crate::math::quadrature::{GAUSS, GAUSS_2, linear_triangle, quadratic_triangle};
+use crate::load::{DeadLoad, EdgeMoment, Load, Pressure, SpreadLoad, SurfacePiece, VectorField, Wind};
+use crate::math::SurfacePoint;
+use crate::math::quadrature::{GAUSS, GAUSS_2, linear_radon, linear_triangle, quadratic_triangle};
 use crate::mesh::{Mesh, Topology};
 use crate::model::{AppliedLoad, Motion};
-use crate::scene::{Expr, Scene};
+use crate::scene::{self, Expr, Scene, SpreadForce};
+use crate::shell::Material;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// All loads of a scene; none of an absent table. `carried`: mass that each node carries [kg], for weight.
+/// All loads of a scene; none of an absent table. `materials`: of each face. `carried`: mass that each node carries [kg], for weight.
 ///
 /// # Errors
 /// Regions that do not exist or have nothing to load.
-pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -> Result<Vec<AppliedLoad>> {
+pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, materials: &[Material], carried: &[f64]) -> Result<Vec<AppliedLoad>> {
     let mut loads = Vec::new();
     let mut add = |key: String, energy_name: Option<&'static str>, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
         let factor = load_factor(scene, &key, factor)?;
@@ -24,8 +26,10 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
         Ok(())
     };
     if let Some(table) = &scene.gravity {
-        let weight = DeadLoad::weight(carried, Vector3::from(table.acceleration));
-        add("gravity.factor".into(), Some("gravity_energy_J"), Box::new(weight), &table.factor)?;
+        let (acceleration, changes) = vector_field("gravity.acceleration", &table.acceleration)?;
+        let weight = DeadLoad::weight(carried, &mesh.nodes()[..carried.len()], acceleration, changes);
+        let factor = own_factor(&table.factor, changes);
+        add("gravity.factor".into(), Some("gravity_energy_J"), Box::new(weight), &factor)?;
     }
     for (i, table) in scene.forces.iter().enumerate() {
         let vertices = &region(mesh, &format!("force.{i}.region"), &table.region)?.vertices;
@@ -60,21 +64,99 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, carried: &[f64]) -
         add(format!("moment.{i}.factor"), None, Box::new(EdgeMoment::new(moments)), &table.factor)?;
     }
     for (i, table) in scene.pressures.iter().enumerate() {
-        let faces: Vec<usize> = match &table.region {
-            Some(name) => region(mesh, &format!("pressure.{i}.region"), name)?.faces.clone(),
-            None => (0..mesh.faces.len()).collect(),
+        let faces = faces(mesh, &format!("pressure.{i}.region"), table.region.as_deref())?;
+        let key = format!("pressure.{i}.pressure");
+        let parsed = expression(&key, &table.pressure, scene::PLACE_AND_TIME)?;
+        let constant = parsed.is_constant().then(|| parsed.eval(&[]));
+        let value = || field(&key, &table.pressure, scene::PLACE_AND_TIME);
+        let potential: Box<dyn Load> = if mesh.midpoints.is_empty() {
+            let (nodes, points) = (faces.iter().map(|f| mesh.faces[*f]).collect(), linear_triangle().to_vec());
+            match constant {
+                Some(p) => Box::new(Pressure::<3, 9>::new(nodes, points, p)),
+                None => Box::new(Pressure::<3, 9>::varying(nodes, linear_radon().to_vec(), value()?, &mesh.nodes(), mesh.diameter())),
+            }
+        } else {
+            let (nodes, points) = (faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect(), quadratic_triangle().to_vec());
+            match constant {
+                Some(p) => Box::new(Pressure::<6, 18>::new(nodes, points, p)),
+                None => Box::new(Pressure::<6, 18>::varying(nodes, points, value()?, &mesh.nodes(), mesh.diameter())),
+            }
         };
-        nothing(faces.is_empty(), &format!("pressure.{i}.region"), table.region.as_deref().unwrap_or(""), "faces")?;
+        let factor = own_factor(&table.factor, parsed.uses("t"));
+        add(format!("pressure.{i}.factor"), Some("pressure_energy_J"), potential, &factor)?;
+    }
+    for (i, table) in scene.surface_loads.iter().enumerate() {
+        let (load, changes) = spread(&format!("surface-load.{i}"), table, mesh, topology, |_| 1.0)?;
+        add(format!("surface-load.{i}.factor"), Some("surface_load_energy_J"), Box::new(load), &own_factor(&table.factor, changes))?;
+    }
+    for (i, table) in scene.body_forces.iter().enumerate() {
+        let (load, changes) = spread(&format!("body-force.{i}"), table, mesh, topology, |face| materials[face].thickness)?;
+        add(format!("body-force.{i}.factor"), Some("body_force_energy_J"), Box::new(load), &own_factor(&table.factor, changes))?;
+    }
+    for (i, table) in scene.winds.iter().enumerate() {
+        let faces = faces(mesh, &format!("wind.{i}.region"), table.region.as_deref())?;
+        let (air, _) = vector_field(&format!("wind.{i}.velocity"), &table.velocity)?;
+        let coefficients = [table.normal, table.tangential];
         let potential: Box<dyn Load> = if mesh.midpoints.is_empty() {
             let nodes = faces.iter().map(|f| mesh.faces[*f]).collect();
-            Box::new(Pressure::<3, 9>::new(nodes, linear_triangle().to_vec(), table.pressure))
+            Box::new(Wind::<3, 9>::new(nodes, linear_radon().to_vec(), &mesh.nodes(), air, table.density, coefficients))
         } else {
             let nodes = faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect();
-            Box::new(Pressure::<6, 18>::new(nodes, quadratic_triangle().to_vec(), table.pressure))
+            Box::new(Wind::<6, 18>::new(nodes, quadratic_triangle().to_vec(), &mesh.nodes(), air, table.density, coefficients))
         };
-        add(format!("pressure.{i}.factor"), Some("pressure_energy_J"), potential, &table.factor)?;
+        add(format!("wind.{i}.factor"), None, potential, &Some(Expr::Number(1.0)))?;
     }
     Ok(loads)
+}
+
+/// The faces of a region, of which there must be some, or all.
+fn faces(mesh: &Mesh, key: &str, name: Option<&str>) -> Result<Vec<usize>> {
+    let faces = match name {
+        Some(name) => region(mesh, key, name)?.faces.clone(),
+        None => (0..mesh.faces.len()).collect(),
+    };
+    nothing(faces.is_empty(), key, name.unwrap_or(""), "faces")?;
+    Ok(faces)
+}
+
+/// A force that is spread over faces, each with a depth [m, or 1 for a force per area], and whether it depends on time.
+fn spread(key: &str, table: &SpreadForce, mesh: &Mesh, topology: &Topology, depth: impl Fn(usize) -> f64) -> Result<(SpreadLoad, bool)> {
+    let faces = faces(mesh, &format!("{key}.region"), table.region.as_deref())?;
+    let (field, changes) = vector_field(&format!("{key}.force"), &table.force)?;
+    let positions = mesh.nodes();
+    let mut pieces = Vec::new();
+    for face in faces {
+        if mesh.midpoints.is_empty() {
+            pieces.extend(linear_radon().iter().map(|point| piece(&mesh.faces[face], point, &positions, depth(face))));
+        } else {
+            let nodes = six_nodes(mesh, topology, face);
+            pieces.extend(quadratic_triangle().iter().map(|point| piece(&nodes, point, &positions, depth(face))));
+        }
+    }
+    Ok((SpreadLoad::new(pieces, field, changes), changes))
+}
+
+/// A quadrature point of a face in its initial shape.
+fn piece<const K: usize>(nodes: &[usize; K], point: &SurfacePoint<K>, positions: &[Vector3<f64>], depth: f64) -> SurfacePiece {
+    let sum = |weights: &[f64; K]| nodes.iter().zip(weights).map(|(n, w)| positions[*n] * *w).sum::<Vector3<f64>>();
+    let size = sum(&point.slopes[0]).cross(&sum(&point.slopes[1])).norm() * point.weight * depth;
+    SurfacePiece { place: sum(&point.shape), shares: nodes.iter().copied().zip(point.shape.map(|n| n * size)).collect() }
+}
+
+/// A vector of place and time, and whether it depends on time.
+fn vector_field(key: &str, exprs: &[Expr; 3]) -> Result<(VectorField, bool)> {
+    let mut changes = false;
+    for expr in exprs {
+        changes |= expression(key, expr, scene::PLACE_AND_TIME)?.uses("t");
+    }
+    let component = |k: usize| field(&format!("{key}.{k}"), &exprs[k], scene::PLACE_AND_TIME);
+    let [x, y, z] = [component(0)?, component(1)?, component(2)?];
+    Ok((Box::new(move |p, t| Vector3::new(x(p, t), y(p, t), z(p, t))), changes))
+}
+
+/// The factor of a load that may depend on time by itself, and then does not grow with the load factor.
+fn own_factor(factor: &Option<Expr>, changes: bool) -> Option<Expr> {
+    factor.clone().or(changes.then_some(Expr::Number(1.0)))
 }
 
 /// Nodes of a curved face: its vertices, then the middle of edge `i`, opposite vertex `i`.
@@ -83,7 +165,7 @@ pub fn six_nodes(mesh: &Mesh, topology: &Topology, face: usize) -> [usize; 6] {
 }
 
 /// Tangents of an edge [m] at its director angles, from the lower vertex to the higher.
-fn angle_tangents(mesh: &Mesh, topology: &Topology, e: usize) -> Vec<Vector3<f64>> {
+pub fn angle_tangents(mesh: &Mesh, topology: &Topology, e: usize) -> Vec<Vector3<f64>> {
     let [p, q] = topology.edges[e].map(|v| mesh.vertices[v]);
     let Some(middle) = mesh.midpoints.get(e) else { return vec![q - p] };
     GAUSS_2.iter().map(|t| p * (4.0 * t - 3.0) + q * (4.0 * t - 1.0) + middle * (4.0 - 8.0 * t)).collect()

@@ -10,6 +10,7 @@ mod fields;
 mod loads;
 mod materials;
 pub mod mesh;
+pub mod modes;
 mod perturbation;
 pub mod report;
 mod rest;

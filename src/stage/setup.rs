@@ -72,7 +72,7 @@ pub fn path(job: &Job) -> PathBuf {
 /// Hash of what the stage's file is made from: the mesh and the tables it reads, but for what only exports.
 pub fn inputs(job: &Job) -> Result<String> {
     let s = &job.scene;
-    let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures);
+    let loads = (&s.gravity, &s.forces, &s.edge_loads, &s.moments, &s.pressures, &s.surface_loads, &s.body_forces, &s.winds);
     let statics = s.statics.as_ref().map(|table| &table.perturbation);
     let start = (statics, s.dynamics.as_ref().map(|d| &d.velocity));
     let diffusing = [&s.moisture, &s.heat].map(|table| table.as_ref().map(|table| scene::Diffusion { prisms: false, ..table.clone() }));
@@ -81,7 +81,7 @@ pub fn inputs(job: &Job) -> Result<String> {
         // What is in the file counts, with the mesh, and not where it is.
         table.path.clear();
     }
-    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &rest, diffusing, loads, &s.pins, start));
+    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &rest, diffusing, loads, &s.pins, start, s.output.reactions));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }

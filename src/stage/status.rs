@@ -1,6 +1,6 @@
 //! `status`: prints which stages of a case are done, stale or missing. Writes nothing.
 
-use super::{Job, export, mesh, print, report, run as run_stage, setup};
+use super::{Job, export, mesh, modes, print, report, run as run_stage, setup};
 use crate::case::{Archive, Kind};
 use crate::error::{Error, Result};
 use std::path::Path;
@@ -36,8 +36,12 @@ pub fn run(job: &Job) -> Result<()> {
         (true, true) => "done",
         (true, false) => "out of date",
     };
+    let modes = match &job.scene.modes {
+        Some(_) => format!("modes   {}\n", after_run(&modes::path(job), modes::is_current(job).unwrap_or(false))),
+        None => String::new(),
+    };
     let export = after_run(&export::path(job), export::is_current(job)?);
     let report = after_run(&job.case.join("report.json"), report::current(job).is_ok_and(|passed| passed.is_some()));
-    print(&format!("mesh    {mesh}\nsetup   {setup}\nrun     {run}\nexport  {export}\nreport  {report}"))?;
+    print(&format!("mesh    {mesh}\nsetup   {setup}\nrun     {run}\n{modes}export  {export}\nreport  {report}"))?;
     damage.map_or(Ok(()), Err)
 }

@@ -71,7 +71,7 @@ impl Stepping {
                     Ok(Until { vertex, axis, start: mesh.vertices[vertex][axis], displacement: until.displacement })
                 });
                 let halvings = scene.solver.max_halvings as u32;
-                let control = ArcControl::new(scene.end() / statics.steps as f64, table.iterations as f64, table.longest, halvings);
+                let control = ArcControl::new(scene.end() / statics.steps.max(1) as f64, table.iterations as f64, table.longest, halvings);
                 Some(Path { control, most_steps: table.most_steps as u64, until: until.transpose()?, way: 0.0 })
             }
         };
@@ -189,7 +189,7 @@ impl Stepping {
 /// Steps of the scene: of load factors or seconds.
 fn control(scene: &Scene) -> StepControl {
     let nominal = match (&scene.statics, &scene.dynamics) {
-        (Some(statics), _) => scene.end() / statics.steps as f64,
+        (Some(statics), _) => scene.end() / statics.steps.max(1) as f64,
         (None, Some(dynamics)) => dynamics.dt,
         (None, None) => 1.0,
     };

@@ -60,7 +60,7 @@ fn overrides_set_what_they_name() {
     assert_eq!(scene.rest.unwrap().ramp, Some(Expr::Text("t^2".to_owned())));
     assert_eq!(scene.solver.max_halvings, 3);
     assert_eq!(scene.solver.tolerance, 1e-8);
-    assert_eq!(scene.gravity.unwrap().acceleration, [1.0, 2.0, 3.0]);
+    assert_eq!(scene.gravity.unwrap().acceleration, [1.0, 2.0, 3.0].map(Expr::Number));
     // Tables that are not there are made, and the text shows them.
     let (scene, source) = scene::parse("s", SMALLEST, &["output.interval=2".to_owned()]).unwrap();
     assert_eq!(scene.output.interval, Some(2.0));

@@ -93,7 +93,12 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("angle = \"30 + x\"", "angle = §\"30 + t\"", "unknown name `t`"),
     ("angle = \"30 + x\"", "vector = §[0, 0, 0]", "machine-direction.vector = [0, 0, 0]: must not be the zero vector"),
     // Loads.
-    ("factor = \"t\"", "acceleration = §[0, 0, inf]", "gravity.acceleration = [0, 0, inf]: must be finite"),
+    ("force = [0, 0, \"-20 * x\"]", "force = [0, 0, §\"-20 * u\"]", "surface-load.0.force.2 = \"-20 * u\": unknown name `u`"),
+    ("force = [\"5 * y\", 0, 0]", "force = [§nan, 0, 0]", "body-force.0.force.0 = nan: must be finite"),
+    ("[dynamics]", "[[wind]]\ntangential = §-0.1\n[dynamics]", "wind.0.tangential = -0.1: must be >= 0 [1]"),
+    ("[dynamics]", "[[wind]]\nregion = §\"\"\n[dynamics]", "wind.0.region = \"\": must not be empty"),
+    ("[dynamics]", "§[modes]\nkind = \"vibration\"\n[dynamics]", "modes: needs [statics]"),
+    ("factor = \"t\"", "acceleration = [0, 0, §inf]", "gravity.acceleration.2 = inf: must be finite"),
     ("factor = \"t\"", "factor = §\"x\"", "gravity.factor = \"x\": unknown name `x`; variables here: t"),
     ("region = \"left\"", "region = §\"\"", "pin.0.region = \"\": must not be empty"),
     ("region = \"left\"\ndirector = \"clamped\"", "region = \"left\"\ncomponents = §[]", "pin.0.components = []: holds nothing"),

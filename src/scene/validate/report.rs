@@ -13,7 +13,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
         named(&key("name"), &table.name)?;
         let new = report.expectations[..i].iter().all(|other| other.name != table.name);
         require(&key("name"), new, "an expectation of this name comes before")?;
-        measure(&key("measure"), &table.measure)?;
+        measure(&key("measure"), &table.measure, scene)?;
         finite(&key("reference"), &[table.reference], "unit of the measure")?;
         tolerance(&key("tolerance"), table.tolerance, "unit of the measure")?;
         named(&key("source"), &table.source)?;
@@ -35,7 +35,7 @@ pub(super) fn report(report: &Report, scene: &Scene) -> Check {
             let new = path.measures[..i].iter().all(|other| other.name != entry.name);
             let new = new && !["step", "t"].contains(&entry.name.as_str());
             require(&format!("{key}.name"), new, "a column of this name comes before")?;
-            measure(&format!("{key}.measure"), &entry.measure)?;
+            measure(&format!("{key}.measure"), &entry.measure, scene)?;
         }
     }
     if let Some(table) = &report.ladder {
@@ -63,7 +63,7 @@ fn spot(key: &str, limit_point: Option<usize>, passage: Option<&Passage>, scene:
         require(&key, number > 0, "must be 1 or more")?;
     }
     let Some(passage) = passage else { return Ok(()) };
-    measure(&format!("{key}.passage.measure"), &passage.measure)?;
+    measure(&format!("{key}.passage.measure"), &passage.measure, scene)?;
     finite(&format!("{key}.passage.value"), &[passage.value], "unit of the measure")?;
     require(&format!("{key}.passage.number"), passage.number > 0, "must be 1 or more")
 }
@@ -72,7 +72,7 @@ fn tolerance(key: &str, value: f64, unit: &str) -> Check {
     require(key, value >= 0.0 && value.is_finite(), format!("must be >= 0 [{unit}]"))
 }
 
-fn measure(key: &str, measure: &Measure) -> Check {
+fn measure(key: &str, measure: &Measure, scene: &Scene) -> Check {
     let region = |key: String, name: &Option<String>| name.as_ref().map_or(Ok(()), |name| named(&key, name));
     match measure {
         Measure::Displacement { at, .. } => finite(&format!("{key}.displacement.at"), at, "m"),
@@ -100,6 +100,10 @@ fn measure(key: &str, measure: &Measure) -> Check {
             region(format!("{key}.field.region"), of)?;
             within(&format!("{key}.field.component"), *component, 0..=8)
         }
+        Measure::Reaction { region, .. } => modes::reaction(&format!("{key}.reaction"), region, None, scene),
+        Measure::ReactionMoment { region, about, .. } => modes::reaction(&format!("{key}.reaction-moment"), region, Some(about), scene),
+        Measure::Frequency { mode } => modes::mode(&format!("{key}.frequency"), *mode, ModeKind::Vibration, scene),
+        Measure::BucklingFactor { mode } => modes::mode(&format!("{key}.buckling-factor"), *mode, ModeKind::Buckling, scene),
         Measure::History { column } => named(&format!("{key}.history.column"), column),
         Measure::CurvatureSquare { .. }
         | Measure::EnergyRatio { .. }
@@ -110,7 +114,7 @@ fn measure(key: &str, measure: &Measure) -> Check {
 }
 
 fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
-    measure("report.ladder.measure", &ladder.measure)?;
+    measure("report.ladder.measure", &ladder.measure, scene)?;
     spot("report.ladder", ladder.limit_point, None, scene)?;
     finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
     let key = "report.ladder.resolutions";
@@ -197,7 +201,7 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
         named(&format!("{key}.name"), &entry.name)?;
         let new = table.measures[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
-        measure(&format!("{key}.measure"), &entry.measure)?;
+        measure(&format!("{key}.measure"), &entry.measure, scene)?;
         spot(&key, entry.limit_point, entry.passage.as_ref(), scene)?;
         let one = entry.limit_point.is_none() || entry.passage.is_none();
         require(&key, one, "at most one of `limit-point` and `passage` may be given")?;

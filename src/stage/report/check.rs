@@ -2,6 +2,7 @@
 
 use super::super::fields;
 use super::measure::{Image, energy_scale, members, rim, vertex_at};
+use super::reactions;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::scene::{Measure, Scene};
@@ -44,6 +45,8 @@ fn check(key: &str, measure: &Measure, scene: &Scene, mesh: &Mesh, columns: &[&s
             vertex(".distance-between.a", a, None)?;
             vertex(".distance-between.b", b, None)
         }
+        Measure::Reaction { region, .. } => reactions::nodes(mesh, &format!("{key}.reaction.region"), region).map(drop),
+        Measure::ReactionMoment { region, .. } => reactions::nodes(mesh, &format!("{key}.reaction-moment.region"), region).map(drop),
         Measure::SurfaceDistance { position, kind, .. } => {
             Image::new(&format!("{key}.surface-distance.position"), position, mesh, *kind).map(drop)
         }

@@ -2,8 +2,9 @@
 
 use super::super::build::{self, place_values};
 use super::super::fields::{Fields, State};
-use super::super::{mesh as mesh_stage, setup};
+use super::super::{mesh as mesh_stage, modes, setup};
 use super::case::{Case, When};
+use super::reactions;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology, conformal};
 use crate::report::{Surface, Waves, curvature, cylinder_distance, mean, median, nodes_distance, surface_distance, vertex_areas, waves};
@@ -22,6 +23,19 @@ impl Case<'_> {
             Measure::Displacement { at, axis, region } => {
                 let (vertex, axis) = (vertex_at(mesh, "report", at, region.as_deref())?, build::axis_index(*axis));
                 Ok(self.positions(when)?[vertex][axis] - mesh.vertices[vertex][axis])
+            }
+            Measure::Reaction { region, axis } => {
+                let forces = reactions::forces(mesh, &self.snapshot(when)?, "report", region)?;
+                Ok(forces.iter().map(|(_, f)| f[build::axis_index(*axis)]).sum())
+            }
+            Measure::ReactionMoment { region, axis, about } => {
+                let snapshot = self.snapshot(when)?;
+                let moment = reactions::moment(mesh, &snapshot, &self.positions(when)?, region, &Vector3::from(*about))?;
+                Ok(moment[build::axis_index(*axis)])
+            }
+            Measure::Frequency { mode } | Measure::BucklingFactor { mode } => {
+                let found = modes::load(self.job)?;
+                Ok(found.and_then(|found| found.values.get(mode - 1).copied()).unwrap_or(f64::NAN))
             }
             Measure::DistanceBetween { a, b } => {
                 let (a, b) = (vertex_at(mesh, "report", a, None)?, vertex_at(mesh, "report", b, None)?);

@@ -6,9 +6,10 @@ mod check;
 mod ladder;
 mod measure;
 mod path;
+mod reactions;
 mod sweep;
 
-use super::{Job, print, run as run_stage};
+use super::{Job, modes, print, run as run_stage};
 use crate::case::{Folder, atomic, hash};
 use crate::error::{Error, Result};
 use crate::report::{ExpectationResult, Outcome};
@@ -54,7 +55,8 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     let outcome = Outcome { inputs: inputs(job)?, path, ..Outcome::new(job.name(), results, case.cost()?) };
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
-    for line in case.switches().into_iter().chain(case.stability()) {
+    let modes = modes::load(job)?.map_or(Vec::new(), |found| found.lines());
+    for line in case.switches().into_iter().chain(case.stability()).chain(modes) {
         text.push_str(&format!("\n{line}.\n"));
     }
     atomic::write(&job.case.join("report.md"), text.as_bytes())?;
@@ -98,7 +100,8 @@ fn inputs(job: &Job) -> Result<String> {
     let run = run_stage::inputs(job)?;
     let history = hash::file(&run_stage::history_path(job))?;
     let checkpoints = Folder::new(&job.case, &run).fingerprint()?;
-    Ok(hash::of(&[run.as_bytes(), expected.as_bytes(), history.as_bytes(), checkpoints.as_bytes()]))
+    let modes = if job.scene.modes.is_some() { modes::inputs(job)? } else { String::new() };
+    Ok(hash::of(&[&run, &expected, &history, &checkpoints, &modes].map(|text| text.as_bytes())))
 }
 
 /// [`Error::Missed`] if some scene, by its name, missed an expectation.

@@ -1,0 +1,189 @@
+//! The lowest modes about an equilibrium: vibration, `K v = omega^2 M v`, and linear buckling, `(K_0 + lambda (K_1 - K_0)) v = 0`.
+//!
+//! `K_0` and `K_1` are the Hessians of two equilibria, without load and under it: linear in the load between them, as linear buckling has it, they
+//! include the stiffness of stresses, of following loads and of the first-order change of shape. Sylvester's law of inertia proves that no lower mode was
+//! missed: the negative pivots of the matrix just below the highest value found are as many as the values below.
+
+use super::newton::Newton;
+use crate::sparse::eigen::{Pair, SelfAdjoint, largest, multiply};
+use crate::sparse::{Cholesky, Curvature, Kind, Pattern, Potential, System};
+
+/// Round-off of a squared frequency over the largest stiffness of a coordinate per mass.
+const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+
+/// Vectors of a block, for the first try and for those after it.
+const BLOCKS: [usize; 3] = [6, 12, 24];
+
+/// Distance, relative to the highest value, at which lower ones are counted.
+const BELOW: f64 = 1e-6;
+
+/// Smallest change of stiffness by the load, over its largest, that is no round-off.
+const LEAST_SHARE: f64 = 1e-9;
+
+/// A mode over all unknowns.
+#[derive(Clone, Debug)]
+pub struct Mode {
+    /// Squared angular frequency [1/s2], 0 where it is round-off; or factor on the load at which the shell buckles [1].
+    pub value: f64,
+    /// Shape over all unknowns, 0 for held ones; its largest coordinate is 1.
+    pub vector: Vec<f64>,
+}
+
+/// Why modes were not found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoModes {
+    /// The matrix is not positive definite at the shift: so many directions are unstable; none where it is singular.
+    Unstable(Option<usize>),
+    /// The iteration did not settle, or lower modes were missed.
+    Unsettled,
+    /// No load of this sign, however large, makes the shell buckle.
+    Never,
+}
+
+/// `C v = theta F v` in the scalar product of `B`, with `F = K + shift D`; the negative pivots of `K + toward u D` count the values below `u`.
+struct Problem<'a> {
+    /// `K`
+    matrix: &'a [f64],
+    /// `D`
+    direction: &'a [f64],
+    shift: f64,
+    toward: f64,
+    /// `C`
+    numerator: &'a [f64],
+    /// `B`
+    metric: &'a [f64],
+}
+
+/// `A = F^-1 C` in the scalar product of `B`.
+struct Inverse<'a> {
+    pattern: &'a Pattern,
+    cholesky: &'a mut Cholesky,
+    numerator: &'a [f64],
+    metric: &'a [f64],
+}
+
+impl SelfAdjoint for Inverse<'_> {
+    fn apply(&mut self, v: &[f64]) -> Vec<f64> {
+        let mut y = multiply(self.pattern, self.numerator, v);
+        self.cholesky.solve(&mut y);
+        y
+    }
+
+    fn metric(&self, v: &[f64]) -> Vec<f64> {
+        multiply(self.pattern, self.metric, v)
+    }
+}
+
+impl Newton {
+    /// The exact Hessian of the sum of `potentials` at `x`, by the entries of the pattern.
+    pub fn hessian(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Vec<f64> {
+        potentials.iter_mut().for_each(|p| {
+            p.prepare(x);
+            p.restart(x);
+        });
+        self.assemble(potentials, x, Curvature::Mixed);
+        self.system.matrix.clone()
+    }
+
+    /// The matrix of another potential, whose couplings are among those of this one, at `x`.
+    pub fn matrix_of(&self, potential: &mut dyn Potential, x: &[f64]) -> Vec<f64> {
+        potential.bind(&self.numbering, &self.pattern);
+        let mut system = System::new(&self.pattern);
+        potential.assemble(x, Curvature::Mixed, &mut system);
+        system.matrix
+    }
+
+    /// The `count` lowest modes of vibration, ascending; fewer where there are no more. `shift` [1/s2]: added to the squared frequencies, so that
+    /// the matrix is positive definite; by default just above round-off, and as much more as an unstable equilibrium needs.
+    pub fn vibration(&mut self, stiffness: &[f64], mass: &[f64], count: usize, shift: Option<f64>) -> Result<Vec<Mode>, NoModes> {
+        let heavy = self.pattern.column_start[..self.pattern.len()].iter().map(|slot| *slot as usize).filter(|slot| mass[*slot] > 0.0);
+        let stiffest = heavy.map(|slot| stiffness[slot].abs() / mass[slot]).fold(0.0, f64::max);
+        let least = ROUND_OFF * stiffest;
+        if !(least > 0.0) {
+            return Ok(Vec::new());
+        }
+        let mut sigma = shift.unwrap_or(least);
+        loop {
+            match self.factor(stiffness, sigma, mass) {
+                Some(0) => break,
+                negative if shift.is_some() => return Err(NoModes::Unstable(negative)),
+                negative if !(sigma < 4.0 * stiffest) => return Err(NoModes::Unstable(negative)),
+                _ => sigma *= 8.0,
+            }
+        }
+        let (value, noise) = (|theta: f64| 1.0 / theta - sigma, 16.0 * least);
+        let problem = Problem { matrix: stiffness, direction: mass, shift: sigma, toward: -1.0, numerator: mass, metric: mass };
+        let pairs = self.lowest_pairs(&problem, count, value, 0.0, noise)?;
+        let clean = |v: f64| if v.abs() <= noise { 0.0 } else { v };
+        Ok(pairs.into_iter().map(|p| self.mode(clean(value(p.value)), &p.vector)).collect())
+    }
+
+    /// The `count` lowest positive factors on the load at which the shell buckles, ascending; fewer where there are no more. `start`, `end`:
+    /// Hessians without load and under it. `shift`: a factor, >= 0, at which the shell is still stable; the nearer to the lowest, the
+    /// faster.
+    pub fn buckling(&mut self, start: &[f64], end: &[f64], count: usize, shift: f64) -> Result<Vec<Mode>, NoModes> {
+        let change: Vec<f64> = start.iter().zip(end).map(|(a, b)| b - a).collect();
+        match self.factor(start, shift, &change) {
+            Some(0) => {}
+            negative => return Err(NoModes::Unstable(negative)),
+        }
+        let metric: Vec<f64> = start.iter().zip(&change).map(|(a, d)| a + shift * d).collect();
+        let softening: Vec<f64> = change.iter().map(|d| -d).collect();
+        let value = |theta: f64| shift + 1.0 / theta;
+        let problem = Problem { matrix: start, direction: &change, shift, toward: 1.0, numerator: &softening, metric: &metric };
+        let pairs = self.lowest_pairs(&problem, count, value, LEAST_SHARE, 0.0)?;
+        if pairs.is_empty() { Err(NoModes::Never) } else { Ok(pairs.into_iter().map(|p| self.mode(value(p.value), &p.vector)).collect()) }
+    }
+
+    /// The pairs with the largest `theta`, above `floor` times the largest by size. `value`: of the problem, by `theta`, ascending where `theta` descends. `noise`:
+    /// size of values that is round-off.
+    fn lowest_pairs(
+        &mut self,
+        problem: &Problem,
+        count: usize,
+        value: impl Fn(f64) -> f64,
+        floor: f64,
+        noise: f64,
+    ) -> Result<Vec<Pair>, NoModes> {
+        for block in BLOCKS {
+            self.factor(problem.matrix, problem.shift, problem.direction);
+            let mut operator =
+                Inverse { pattern: &self.pattern, cholesky: &mut self.cholesky, numerator: problem.numerator, metric: problem.metric };
+            let Some(found) = largest(&mut operator, self.pattern.len(), count, block) else { continue };
+            let pairs: Vec<Pair> = found.pairs.into_iter().filter(|p| p.value > floor * found.scale).collect();
+            let values: Vec<f64> = pairs.iter().map(|p| value(p.value)).collect();
+            // Values that are round-off have no side on which they lie.
+            let Some(highest) = values.last().filter(|v| v.abs() > noise) else { return Ok(pairs) };
+            let bound = highest - BELOW * highest.abs();
+            let expected = values.iter().filter(|v| **v < bound).count();
+            match self.factor(problem.matrix, problem.toward * bound, problem.direction) {
+                Some(negative) if negative != expected => {
+                    log::debug!("{negative} values lie below {bound:e}, of which {expected} were found");
+                }
+                _ => return Ok(pairs),
+            }
+        }
+        Err(NoModes::Unsettled)
+    }
+
+    /// Factors `matrix + s direction`; its negative pivots, or none where it is singular.
+    fn factor(&mut self, matrix: &[f64], s: f64, direction: &[f64]) -> Option<usize> {
+        let sums = matrix.iter().zip(direction).map(|(a, d)| a + s * d);
+        self.system.matrix.iter_mut().zip(sums).for_each(|(to, sum)| *to = sum);
+        self.cholesky.refactor(&self.pattern, &self.system.matrix, Kind::Ldlt).ok().map(|done| done.negative_pivots)
+    }
+
+    /// A vector over the free unknowns as a mode: its largest coordinate is 1, and the first that is half as large positive.
+    fn mode(&self, value: f64, free: &[f64]) -> Mode {
+        let mut vector = vec![0.0; self.numbering.all()];
+        free.iter().zip(self.numbering.unknowns()).for_each(|(v, unknown)| vector[*unknown as usize] = *v);
+        let lengths = &vector[..self.settings.lengths];
+        let size = lengths.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        // Modes of equal size at several places must not hang on the last digit.
+        let sign = lengths.iter().find(|v| v.abs() > 0.5 * size).map_or(1.0, |v| v.signum());
+        if size > 0.0 {
+            vector.iter_mut().for_each(|v| *v *= sign / size);
+        }
+        Mode { value, vector }
+    }
+}
