@@ -69,10 +69,6 @@ impl super::Load for DeadLoad {
         }
     }
 
-    fn changes_in_time(&self) -> bool {
-        self.weight.as_ref().is_some_and(|weight| weight.changes)
-    }
-
     fn set_masses(&mut self, masses: &[f64]) {
         if let Some(weight) = &mut self.weight {
             weight.masses.copy_from_slice(masses);

@@ -32,11 +32,6 @@ pub trait Load: crate::sparse::Potential {
     /// Sets the time [s] of what depends on it.
     fn set_time(&mut self, _time: f64) {}
 
-    /// Whether fields of time make it another load at another time, whatever its factor.
-    fn changes_in_time(&self) -> bool {
-        false
-    }
-
     /// Sets the mass that each node carries [kg]; weight follows it, other loads do not.
     fn set_masses(&mut self, _masses: &[f64]) {}
 

@@ -143,10 +143,6 @@ impl<const K: usize, const N: usize> super::Load for Pressure<K, N> {
         }
     }
 
-    fn changes_in_time(&self) -> bool {
-        matches!(self.pressure, Value::Field(_))
-    }
-
     fn fault(&self, time: f64) -> Option<(&'static str, String)> {
         let Value::Field(field) = &self.pressure else { return None };
         not_finite(field.places.iter(), time, |p| (field.value)(p, time)).map(|reason| ("pressure", reason))

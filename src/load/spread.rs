@@ -63,10 +63,6 @@ impl super::Load for SpreadLoad {
         }
     }
 
-    fn changes_in_time(&self) -> bool {
-        self.changes
-    }
-
     fn fault(&self, time: f64) -> Option<(&'static str, String)> {
         let places = self.pieces.iter().map(|piece| &piece.place);
         not_finite(places, time, |p| (self.field)(p, time).sum()).map(|reason| ("force", reason))

@@ -1,6 +1,6 @@
 //! Steps of a shell along a path of equilibria, its load factor being an unknown.
 
-use super::shell_model::{Parts, ShellModel, StepFailure, StepReport, follow, potentials, set_loads};
+use super::shell_model::{Parts, ShellModel, StepFailure, StepReport, check_loads, follow, potentials, set_loads};
 use crate::solve::{Advance, Family, RATE_STEP, Reach, Stop};
 use crate::sparse::{Potential, System};
 
@@ -18,15 +18,7 @@ impl Family for Following<'_> {
     }
 
     fn set(&mut self, t: f64) -> Result<(), StepFailure> {
-        for load in &self.parts.loads {
-            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(t));
-            if !factor.is_finite() {
-                return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {t}") });
-            }
-            if let Some((field, reason)) = load.potential.fault(t) {
-                return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
-            }
-        }
+        check_loads(self.parts, t)?;
         follow(self.parts, self.rest_is_set, t).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
         set_loads(self.parts, t);
         Ok(())
@@ -46,52 +38,45 @@ impl Family for Following<'_> {
     }
 
     fn add_rate(&mut self, t: f64, x: &[f64], into: &mut System) -> Result<(), StepFailure> {
-        for load in &mut self.parts.loads {
-            let Some(factor) = &load.factor else { continue };
-            let (before, after) = (factor(t - RATE_STEP), factor(t + RATE_STEP));
-            let rate = match (before.is_finite(), after.is_finite()) {
-                (true, true) => (after - before) / (2.0 * RATE_STEP),
-                (false, true) => (after - factor(t)) / RATE_STEP,
-                (true, false) => (factor(t) - before) / RATE_STEP,
-                (false, false) => 0.0,
-            };
-            load.potential.set_factor(rate);
-            load.potential.gradient(x, into);
-            load.potential.set_factor(factor(t));
-        }
-        for load in self.parts.loads.iter_mut().filter(|load| load.potential.changes_in_time()) {
-            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(t));
-            for side in [RATE_STEP, -RATE_STEP] {
-                load.potential.set_time(t + side);
-                load.potential.set_factor(factor / (2.0 * side));
+        let zero = vec![0.0; into.gradient.len()];
+        // Loads alone, whose differences are exact where they are linear, whatever the stresses are.
+        let mut loads = |at: f64| -> Option<Vec<f64>> {
+            check_loads(self.parts, at).ok()?;
+            set_loads(self.parts, at);
+            let kept = std::mem::replace(&mut into.gradient, zero.clone());
+            self.parts.loads.iter().for_each(|load| {
                 load.potential.gradient(x, into);
-            }
-            load.potential.set_time(t);
-            load.potential.set_factor(factor);
-        }
+            });
+            Some(std::mem::replace(&mut into.gradient, kept))
+        };
+        let sides = [loads(t - RATE_STEP), loads(t), loads(t + RATE_STEP)];
+        set_loads(self.parts, t);
+        add_slope(&sides, into);
         if !self.parts.rest.as_ref().is_some_and(|driver| driver.changes()) {
             return Ok(());
         }
-        let zero = vec![0.0; into.gradient.len()];
         let mut shell = |at: f64| -> Option<Vec<f64>> {
             follow(self.parts, self.rest_is_set, at).ok()?;
             let kept = std::mem::replace(&mut into.gradient, zero.clone());
             self.parts.shell.gradient(x, into);
             Some(std::mem::replace(&mut into.gradient, kept))
         };
-        let (before, after) = (shell(t - RATE_STEP), shell(t + RATE_STEP));
-        let sides = f64::from(u8::from(before.is_some())) + f64::from(u8::from(after.is_some()));
+        let sides = [shell(t - RATE_STEP), shell(t), shell(t + RATE_STEP)];
         follow(self.parts, self.rest_is_set, t).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
-        if sides > 0.0 {
-            let kept = std::mem::replace(&mut into.gradient, zero.clone());
-            self.parts.shell.gradient(x, into);
-            let here = std::mem::replace(&mut into.gradient, kept);
-            let (before, after) = (before.as_ref().unwrap_or(&here), after.as_ref().unwrap_or(&here));
-            let differences = before.iter().zip(after).map(|(before, after)| (after - before) / (sides * RATE_STEP));
-            into.gradient.iter_mut().zip(differences).for_each(|(g, d)| *g += d);
-        }
+        add_slope(&sides, into);
         Ok(())
     }
+}
+
+/// Adds the slope of gradients at `t - RATE_STEP`, `t` and `t + RATE_STEP`, by those of them that there are.
+fn add_slope(sides: &[Option<Vec<f64>>; 3], into: &mut System) {
+    let (before, after, span) = match sides {
+        [Some(before), _, Some(after)] => (before, after, 2.0 * RATE_STEP),
+        [None, Some(here), Some(after)] => (here, after, RATE_STEP),
+        [Some(before), Some(here), None] => (before, here, RATE_STEP),
+        _ => return,
+    };
+    into.gradient.iter_mut().zip(before.iter().zip(after)).for_each(|(g, (before, after))| *g += (after - before) / span);
 }
 
 impl ShellModel {

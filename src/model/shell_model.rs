@@ -259,15 +259,7 @@ impl ShellModel {
     /// # Errors
     /// [`StepFailure::Input`] for a motion or a load's factor that is not finite.
     pub fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
-        for load in &self.parts.loads {
-            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
-            if !factor.is_finite() {
-                return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
-            }
-            if let Some((field, reason)) = load.potential.fault(time) {
-                return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
-            }
-        }
+        check_loads(&self.parts, time)?;
         let mut targets = Vec::with_capacity(self.parts.held.len());
         for held in &self.parts.held {
             if let Some((key, motion)) = &held.motion {
@@ -543,6 +535,24 @@ pub(super) fn follow(parts: &mut Parts, rest_is_set: &mut bool, time: f64) -> Re
     Ok(())
 }
 
+/// Makes sure that loads are finite at a time.
+///
+/// # Errors
+/// [`StepFailure::Input`] with the key at fault.
+pub(super) fn check_loads(parts: &Parts, time: f64) -> Result<(), StepFailure> {
+    for load in &parts.loads {
+        let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
+        if !factor.is_finite() {
+            return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
+        }
+        if let Some((field, reason)) = load.potential.fault(time) {
+            return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
+        }
+    }
+    Ok(())
+}
+
+/// Sets the loads of a time.
 pub(super) fn set_loads(parts: &mut Parts, time: f64) {
     for load in &mut parts.loads {
         if let Some(factor) = &load.factor {

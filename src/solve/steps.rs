@@ -45,8 +45,6 @@ pub struct StepControl {
     pub dt: f64,
     /// Steps since the last failure or growth; part of the state.
     pub successes: u32,
-    /// Failures since the last step that worked.
-    pub failures: u32,
     /// Where steps follow the iterations of the last; none where they are the nominal ones but after failures.
     pub adaptive: Option<Adaptive>,
     /// Whether the rest of less than two steps to an output time is taken in two equal ones, as methods that remember the steps before want it.
@@ -87,7 +85,6 @@ impl StepControl {
             max_halvings,
             dt: nominal,
             successes: 0,
-            failures: 0,
             adaptive: None,
             is_even: false,
             by_error: None,
@@ -129,7 +126,6 @@ impl StepControl {
             return;
         }
         self.successes += 1;
-        self.failures = 0;
         if let Some(adaptive) = self.adaptive {
             let wanted = (tried * growth(adaptive.iterations, iterations)).min(adaptive.longest);
             let longer = iterations as f64 <= adaptive.iterations;
@@ -144,7 +140,6 @@ impl StepControl {
     pub fn fail(&mut self, tried: f64) -> bool {
         self.dt = 0.5 * tried.min(self.dt);
         self.successes = 0;
-        self.failures += 1;
         self.is_large_enough()
     }
 

@@ -132,6 +132,7 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
             other => Error::input("setup", format!("{other:?}")),
         })?;
     }
+    super::stepping::Stepping::new(scene, mesh)?;
     super::report::check_measures(scene, mesh, &super::run::columns(scene, &model))?;
     setup.free_unknowns = model.free_unknowns();
     if let Some(table) = scene.statics.as_ref().and_then(|s| s.perturbation.as_ref()) {

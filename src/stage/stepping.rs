@@ -8,8 +8,8 @@ use crate::scene::{Integrator, Scene};
 use crate::snapshot::Snapshot;
 use crate::solve::{Adaptive, ArcControl, ErrorControl, Reach, StepControl, StepPlan};
 
-/// Times that an adaptive step is halved before descent is tried.
-const SHORTER: u32 = 3;
+/// Length over the first of an adaptive step that may go on by descent.
+const SHORT: f64 = 0.125;
 
 /// Chooses steps and takes them.
 pub struct Stepping {
@@ -73,7 +73,7 @@ impl Stepping {
                     Ok(Until { vertex, axis, start: mesh.vertices[vertex][axis], displacement: until.displacement })
                 });
                 let halvings = scene.solver.max_halvings as u32;
-                let control = ArcControl::new(scene.end() / statics.steps as f64, table.iterations as f64, table.longest, halvings);
+                let control = ArcControl::new(scene.end() / statics.steps.max(1) as f64, table.iterations as f64, table.longest, halvings);
                 Some(Path { control, most_steps: table.most_steps as u64, until: until.transpose()?, way: 0.0 })
             }
         };
@@ -128,8 +128,8 @@ impl Stepping {
                 Ok((report, model.time() - from, true))
             }
             (Plan::Ahead(plan), _) => {
-                // A shorter step costs less than descent, but where none is short enough, at a limit point.
-                model.set_descends(self.control.adaptive.is_none() || self.control.failures >= SHORTER);
+                // A shorter step costs less than descent, but at a limit point none is short enough.
+                model.set_descends(self.control.adaptive.is_none() || plan.dt <= SHORT * self.control.nominal);
                 let report = model.advance(plan.dt, plan.time)?;
                 self.control.succeed(plan.dt, report.solved.iterations, report.error);
                 Ok((report, plan.dt, plan.lands || self.keeps_all))

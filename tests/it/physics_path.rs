@@ -41,13 +41,13 @@ force = [300.7057995, -953.7169507, 0]
     )
 }
 
-const ALONG: &str = "[statics]\nsteps = 10\n[statics.arc-length]\nmost_steps = 60\n";
+const ALONG: &str = "[statics]\nsteps = 10\n[statics.arc-length]\nmost_steps = 20\n";
 
 #[test]
 fn a_deep_arch_buckles_at_the_load_of_the_elastica() {
-    // The limit load of the inextensible elastica, clamped at one end and hinged at the other, over EI / R^2 is 8.973.
-    let reports = "[[report.expect]]\nname = 'limit load'\nmeasure = 'load-factor'\nlimit-point = 1\nreference = 0.8973\ntolerance = 1.8e-3\nsource = 'elastica'\n\
-        [[report.expect]]\nname = 'crown there'\nmeasure = { displacement = { at = [-30.07057995, 95.37169507, 0], axis = 'x' } }\nlimit-point = 1\nreference = 16.5\ntolerance = 200\nsource = 'sign'\n\
+    // The limit load of the inextensible elastica, clamped at one end and hinged at the other, over EI / R^2 is 8.9731.
+    let reports = "[[report.expect]]\nname = 'limit load'\nmeasure = 'load-factor'\nlimit-point = 1\nreference = 0.89731\ntolerance = 1.8e-3\nsource = 'elastica'\n\
+        [[report.expect]]\nname = 'crown there'\nmeasure = { displacement = { at = [-30.07057995, 95.37169507, 0], axis = 'x' } }\nlimit-point = 1\nreference = -24.113\ntolerance = 0.2\nsource = 'elastica'\n\
         [[report.expect]]\nname = 'load at half'\nmeasure = 'load-factor'\npassage = { measure = 'load-factor', value = 0.5, number = 2 }\nreference = 0.5\ntolerance = 1e-6\nsource = 'itself'\n\
         [report.path]\nmeasures = [{ name = 'energy', measure = { energy = { part = 'bending' } } }]\n";
     let sandbox = Sandbox::new(&(arch(40, ALONG) + reports));
@@ -67,7 +67,7 @@ fn a_deep_arch_buckles_at_the_load_of_the_elastica() {
     let times: Vec<f64> = series.split("timestep=\"").skip(1).map(|t| t.split('"').next().unwrap().parse().unwrap()).collect();
     assert_eq!(times, (0..states).map(|n| n as f64).collect::<Vec<_>>());
     // A longer path goes on from where the shorter one ended.
-    let (_, err) = sandbox.ok(&["run", "scene.toml", "--set", "statics.arc-length.most_steps=62"]);
+    let (_, err) = sandbox.ok(&["run", "scene.toml", "--set", "statics.arc-length.most_steps=22"]);
     assert!(err.contains("going on") && sandbox.names("cases/scene/run").len() == states + 2, "{err}");
 }
 
@@ -128,6 +128,47 @@ fn crown(case: &Case, state: usize) -> f64 {
     points(&case.states()[state], "position")[v].y - case.mesh.vertices[v].y
 }
 
+/// A quarter of a hinged roof of thickness 12.7 under a force at its centre, or with the centre moved.
+fn roof(centre: &str, statics: &str) -> Case {
+    run(&format!(
+        "[mesh.cylinder]\nradius = 2540.0\nlength = 254.0\nangle = 5.729577951308232\ncells = [6, 6]\npattern = \"alternating\"\n\
+         [shell]\nthickness = 12.7\nyoungs_modulus = 3102.75\npoissons_ratio = 0.3\n[[region]]\nname = \"centre\"\nnearest = [2540, 0, 0]\n\
+         [[pin]]\nregion = \"start\"\ncomponents = [\"y\"]\ndirector = {{ symmetry = [0, 1, 0] }}\n\
+         [[pin]]\nregion = \"bottom\"\ncomponents = [\"z\"]\ndirector = {{ symmetry = [0, 0, 1] }}\n[[pin]]\nregion = \"end\"\n{centre}\n{statics}"
+    ))
+}
+
+/// Past the limit point, where no load holds the roof, a moved support does: the same states, and the load is the slope of their energy.
+#[test]
+fn a_path_by_arc_length_is_the_path_by_displacement() {
+    let energies = |case: &Case| -> Vec<f64> {
+        let [a, b] = ["membrane_energy_J", "bending_energy_J"].map(|name| case.column(name));
+        a.iter().zip(b).map(|(a, b)| a + b).collect()
+    };
+    let force = "[[force]]\nregion = \"centre\"\nforce = [-750, 0, 0]";
+    let along = roof(force, "[statics]\nsteps = 20\n[statics.arc-length]\nmost_steps = 60\n");
+    let centre = along.mesh.region_nearest(nalgebra::Vector3::new(2540.0, 0.0, 0.0)).vertices[0];
+    let sunk: Vec<f64> = along.states()[1..].iter().map(|state| 2540.0 - points(state, "position")[centre].x).collect();
+    let (ways, factors) = (along.column("arc_length_m"), along.column("time_s"));
+    let limit = thinshell::report::path::limit_point(&ways, &factors, 1).unwrap();
+    let (peak, at) = (limit.of(&factors), limit.of(&sunk));
+    println!("limit load {peak} at {at}, {} factorisations", along.last("factorizations"));
+    // Sze, Liu and Lo (2004): 0.7421 at 11.293; this mesh is coarse.
+    assert!((peak / 0.7421 - 1.0).abs() < 0.01 && (at / 11.293 - 1.0).abs() < 0.05);
+    assert_eq!(along.last("time_s"), 1.0);
+    for depth in [8.0, 17.0] {
+        let moved = [0.99, 1.01].map(|share| {
+            let pin = format!("[[pin]]\nregion = \"centre\"\ncomponents = [\"x\"]\nmotion = {{ x = \"-{:?} * t\" }}", share * depth);
+            *energies(&roof(&pin, "[statics]\nsteps = 4\n")).last().unwrap()
+        });
+        let place = thinshell::report::path::passage(&ways, &sunk, depth, 1).unwrap();
+        let (load, energy) = (place.of(&factors), place.of(&energies(&along)));
+        let (slope, mean) = ((moved[1] - moved[0]) / (0.02 * depth * 750.0), 0.5 * (moved[0] + moved[1]));
+        println!("at {depth}: load {load} and {slope}, energy {energy} and {mean}");
+        assert!((load / slope - 1.0).abs() < 3e-3 && (energy / mean - 1.0).abs() < 1e-3);
+    }
+}
+
 /// A short first step changes the load factor by what it was asked to, to first order, if the derivative by the factor is right: of loads that are
 /// and are not linear in it, follower pressure, moved and turned supports, and growth.
 #[test]
@@ -164,7 +205,7 @@ fn wrong_input_is_refused() {
         ("statics.arc-length.longest=0.5", ">= 1"),
         ("statics.arc-length.most_steps=0", "1 to 100000"),
         ("statics.arc-length.until={at=[0,0,0],axis='z',displacement=0}", "not 0"),
-        ("statics.arc-length.until={at=[0,0,0],axis='z',displacement=1}", "statics.arc-length.until"),
+        ("statics.arc-length.until={at=[9000,0,0],axis='z',displacement=1}", "statics.arc-length.until"),
         ("statics.end=2", "load factor"),
         ("statics.stable=true", "unstable"),
         ("statics.adaptive={}", "its own steps"),
@@ -185,7 +226,7 @@ fn wrong_input_is_refused() {
         let message = sandbox.fails(2, &["all", "scene.toml", "--set", set]);
         assert!(message.contains(words), "{set}: {message}");
     }
-    let sandbox = Sandbox::new(&with(&arch(16, ALONG), "[statics.arc-length]\nmost_steps = 60", "[statics.adaptive]"));
+    let sandbox = Sandbox::new(&with(&arch(16, ALONG), "[statics.arc-length]\nmost_steps = 20", "[statics.adaptive]"));
     for (set, words) in [
         ("statics.adaptive.iterations=101", "2 to 100"),
         ("statics.adaptive.shortest=0.5", "longer than the first step"),

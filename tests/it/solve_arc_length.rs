@@ -190,7 +190,9 @@ fn what_does_not_follow_the_factor_has_no_path() {
     let mut x = vec![0.0, 0.0, 0.3, 0.0, 0.0, 0.3];
     let stop = newton.advance_along(&mut still, &mut x, 0.0, Reach::Factor(0.1), None).unwrap_err();
     assert_eq!(stop, Stop::Still);
+    assert_eq!(x[5], 0.3);
     let mut impossible = Loaded { truss: Truss::new(10.0), factor: |t| if t > 0.05 { f64::NAN } else { t } };
+    let mut newton = Newton::new(&mut impossible.potentials(), &[true, true, false, true, true, false], settings).unwrap();
     let stop = newton.advance_along(&mut impossible, &mut x, 0.0, Reach::Factor(0.1), None).unwrap_err();
     assert!(matches!(stop, Stop::Refused(_) | Stop::Equations(_)), "{stop:?}");
     assert_eq!(x[5], 0.3);

@@ -7,6 +7,8 @@ use crate::scene::{Scene, Statics};
 const ITERATIONS: std::ops::RangeInclusive<usize> = 2..=100;
 
 pub(super) fn stepping(statics: &Statics, scene: &Scene) -> Check {
+    let chosen = statics.adaptive.is_some() || statics.arc_length.is_some();
+    require("statics.steps", !chosen || statics.steps > 0, "must be > 0, for the first step")?;
     if let Some(table) = &statics.adaptive {
         within("statics.adaptive.iterations", table.iterations, ITERATIONS)?;
         positive_or_absent("statics.adaptive.shortest", table.shortest, "t")?;
