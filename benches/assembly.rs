@@ -4,12 +4,16 @@
 //! machine does meanwhile: "dense-equivalent kflop". Rounds alternate between the two and the best of each counts, which makes the ratio
 //! robust against a busy machine. `cargo bench --bench assembly` prints the table, `... -- quadratic` the rows with this word.
 //!
-//! A second table compares a step of moisture, its factor reused, with an iteration of Newton's method on the same mesh.
+//! A second table compares a step of moisture, its factor reused, with an iteration of Newton's method on the same mesh, and with a whole
+//! step of motion: so many iterations as the strip of paper in `configs/paper/wetted_strip.toml` takes a step in its first two seconds, with
+//! the same element.
 
 use faer::{Accum, Mat, Par, linalg::matmul::matmul};
 use nalgebra::Vector3;
 use std::hint::black_box;
+use std::path::Path;
 use std::time::Instant;
+use thinshell::case::history::History;
 use thinshell::mesh::generate::{Pattern as Cells, rectangle};
 use thinshell::mesh::{Mesh, Topology};
 use thinshell::moisture::{Condition, Diffusion, Law, Mass, Scheme, Side, Slab, Where, cosine_levels, in_plane_tensor};
@@ -18,6 +22,7 @@ use thinshell::shell::{
     Bilayer, Constitution, Director, Koiter, LinearAverage, LinearFree, Material, Measure, QuadraticFree, Shell, koiter,
 };
 use thinshell::sparse::{Cholesky, Curvature, Kind, Numbering, Pattern, System};
+use thinshell::stage::{Job, all, run};
 
 /// Rounds of which the best counts.
 const ROUNDS: usize = 30;
@@ -113,6 +118,17 @@ fn moisture(case: &mut Case, mesh: &Mesh) -> [f64; 3] {
     best
 }
 
+/// Newton iterations of a step of the wetted strip, on average; steps that were halved count as one.
+fn iterations(element: &str) -> f64 {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/paper/wetted_strip.toml");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let overrides = [format!("shell.element={element}"), "dynamics.end=2".to_owned()];
+    let job = Job::read(&scene, Some(folder.path()), &overrides, true).expect("a valid scene");
+    all::until_run(&job).expect("equations that can be solved");
+    let history = History::read(&run::history_path(&job)).expect("a history");
+    history.last("newton_iterations").expect("a column") / 100.0
+}
+
 fn square(cells: usize) -> (Mesh, Topology, Vec<Director>, Vec<Material>) {
     let mesh = rectangle([1.0, 1.0], [cells, cells], Cells::Diagonal, 0.25, 1).expect("a valid rectangle");
     let topology = Topology::new(&mesh.faces);
@@ -167,11 +183,16 @@ fn main() {
         println!("{:<22} {:>8} {:>12.3} {:>14.3} {:>14.1} {:>14.1}", case.name, case.shell.faces(), a * 1e6, e * 1e6, fa, fe);
     }
     println!();
-    println!("{:<22} {:>8} {:>12} {:>18} {:>14} {:>8}", "ms", "faces", "Newton step", "of which factor", "moisture step", "ratio");
+    let titles = ["faces", "Newton iteration", "of which factor", "moisture step", "ratio", "iterations a step", "ratio to step"];
+    print!("{:<20}", "ms");
+    titles.iter().for_each(|title| print!(" {title:>17}"));
+    println!();
     for case in cases.iter_mut().filter(|case| case.name.contains("free-tan")) {
         let mesh = if case.name.starts_with("linear") { &fine } else { &mesh };
         let [newton, factor, step] = moisture(case, mesh).map(|t| 1e3 * t);
-        let (faces, ratio) = (case.shell.faces(), step / newton);
-        println!("{:<22} {:>8} {:>12.1} {:>18.1} {:>14.1} {:>8.2}", case.name, faces, newton, factor, step, ratio);
+        let element = case.name.split(' ').next().unwrap_or_default();
+        let (faces, ratio, iterations) = (case.shell.faces(), step / newton, iterations(element));
+        print!("{:<20} {faces:>17} {newton:>17.1} {factor:>17.1} {step:>17.1} {ratio:>17.2}", case.name);
+        println!(" {iterations:>17.1} {:>17.3}", ratio / iterations);
     }
 }

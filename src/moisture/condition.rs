@@ -171,3 +171,12 @@ pub(super) fn datum(value: f64, what: &str, vertex: usize, time: f64) -> Result<
     }
     Err(format!("moisture: the {what} at vertex {vertex} is {value} at {time} s: expected a finite number"))
 }
+
+/// A datum that must not be below `least`, where that is not minus infinity, by more than the round-off of expressions.
+pub(super) fn at_least(least: f64, value: f64, what: &str, vertex: usize, time: f64) -> Result<f64, String> {
+    let value = datum(value, what, vertex, time)?;
+    if value >= least - 1e-9 * least.abs() {
+        return Ok(value);
+    }
+    Err(format!("moisture: the {what} at vertex {vertex} is {value} at {time} s: expected {least} or more, which is bone dry already"))
+}

@@ -3,7 +3,7 @@
 //! Every step consists of stages of one kind: from values `w`, find `w + d` with `M d + tau K (w + d) = tau f`. It is solved for the change `d`,
 //! so round-off shrinks with it, and everything that enters is counted as it stands in the equation: held unknowns by their reaction.
 
-use super::condition::{BOTTOM, Condition, Law, RIM, Source, Surface, TOP, datum};
+use super::condition::{BOTTOM, Condition, Law, RIM, Source, Surface, TOP, at_least, datum};
 use super::operator::{Operator, shares};
 use super::slab::{Mass, Slab};
 use crate::error::{Error, Result};
@@ -85,6 +85,8 @@ pub struct Diffusion {
     /// What entered [u m3]: parts of the surface, sources.
     entered: [f64; 4],
     bounds: Bounds,
+    /// What given and outside values must not be below.
+    least: f64,
     /// Length of the last sub-steps [s].
     size: f64,
     /// Which conditions are in their window.
@@ -138,6 +140,7 @@ impl Diffusion {
             u: vec![0.0; n],
             entered: [0.0; 4],
             bounds: Bounds { low: 0.0, high: 0.0 },
+            least: f64::NEG_INFINITY,
             size: 0.0,
             now: constraints.clone(),
             factored: constraints,
@@ -151,6 +154,11 @@ impl Diffusion {
             change: vec![0.0; n],
             operator,
         })
+    }
+
+    /// Refuses given and outside values below this, beyond round-off.
+    pub fn require_at_least(&mut self, least: f64) {
+        self.least = least;
     }
 
     /// Starts anew from these values, one for each unknown: nothing has entered, and the bounds are those of `u`.
@@ -332,14 +340,14 @@ impl Diffusion {
     /// Puts given values into `w`, their changes into `jump`, and returns what those bring.
     fn hold(&mut self, time: f64, heights: &[f64]) -> Result<[f64; 4], String> {
         let mut entered = [0.0; 4];
-        let (w, jump, bounds, volume) = (&mut self.w, &mut self.jump, &mut self.bounds, &self.operator.volume);
+        let (w, jump, bounds, volume, least) = (&mut self.w, &mut self.jump, &mut self.bounds, &self.operator.volume, self.least);
         jump.fill(0.0);
         for (c, surface) in self.surfaces.iter().enumerate() {
             let Law::Value(data) = &surface.law else { continue };
             if !self.active[c] {
                 continue;
             }
-            let value = |v| datum(data(v, time), "given value", v, time);
+            let value = |v| at_least(least, data(v, time), "given value", v, time);
             surface.each(self.levels.len(), heights, value, |i, _, value| {
                 if self.now.holder[i] == c as u32 {
                     jump[i] = value - w[i];
@@ -383,7 +391,7 @@ impl Diffusion {
                     })?;
                 }
                 Law::Exchange { coefficient, outside } => {
-                    let outside = |v| datum(outside(v, time), "outside value", v, time);
+                    let outside = |v| at_least(self.least, outside(v, time), "outside value", v, time);
                     surface.each(levels, heights, outside, |i, area, outside| {
                         bounds.see(outside);
                         let flow = tau * coefficient * area * (outside - self.w[i]);

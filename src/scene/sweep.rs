@@ -133,8 +133,11 @@ impl<'de> Deserialize<'de> for SweepValue {
 pub struct SweepMeasure {
     /// Name in the table.
     pub name: String,
-    /// What is measured at the end of each run.
+    /// What is measured at the end of each run (or at `time`).
     pub measure: Measure,
+    /// Time of the checkpoint to measure [s]; the nearest kept one is taken. Absent: the last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
     /// Smallest value that passes, in the measure's unit. A limit needs a `source`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least: Option<f64>,

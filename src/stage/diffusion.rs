@@ -16,6 +16,9 @@ use std::rc::Rc;
 /// What diffuses, as rest laws read it: by the names of the quantities; empty where nothing does.
 pub type Profiles = BTreeMap<&'static str, Profile>;
 
+/// Moisture of what has given off all its water [%].
+const BONE_DRY: f64 = -100.0;
+
 /// The profiles of a scene at the start.
 ///
 /// # Errors
@@ -55,6 +58,9 @@ pub fn transports(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup
         };
         let mut diffusion = Diffusion::new(slab, conditions, source, mass, scheme, said.dt)?;
         diffusion.set(profile.values().to_vec());
+        if table == "moisture" {
+            diffusion.require_at_least(BONE_DRY);
+        }
         let stiffness = said.stiffness.as_ref().map(|expr| -> Result<Box<dyn Fn(f64) -> f64>> {
             let parsed = expression(&format!("{table}.stiffness"), expr, scene::DIFFUSED)?;
             Ok(Box::new(move |u| parsed.eval(&[u])))
@@ -106,8 +112,10 @@ fn initial(table: &str, said: &scene::Diffusion, mesh: &Mesh, levels: &[f64]) ->
                 (None, Some(field)) => field[v] * factor.as_ref().map_or(1.0, |factor| factor.eval(&place)),
                 (None, None) => 0.0,
             };
-            if !value.is_finite() {
-                return Err(Error::input(key, format!("is {value} at vertex {v}, ({}, {}, {}) m", p.x, p.y, p.z)));
+            let dry = table == "moisture" && value < BONE_DRY * (1.0 + 1e-9);
+            if dry || !value.is_finite() {
+                let why = if dry { format!(" %, but {BONE_DRY} % is bone dry already") } else { String::new() };
+                return Err(Error::input(key, format!("is {value}{why} at vertex {v}, ({}, {}, {}) m", p.x, p.y, p.z)));
             }
             values.push(value);
         }

@@ -122,7 +122,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
                 row.push(wall);
                 history.append(model.step(), &row)?;
                 history.sync()?;
-                folder.write(&checkpoint(&*model, &control), plan.lands || control.interval.is_none())?;
+                folder.write(&checkpoint(&*model, &control), plan.lands || job.scene.output.interval.is_none())?;
                 let energy: f64 = energies.iter().map(|(_, e)| e).sum();
                 let moment = job.moment((1e9 * plan.time).round() / 1e9);
                 log::debug!("step {}: {moment}, dt {:.3e}, {} iterations, energy {energy:.6e} J", model.step(), plan.dt, solved.iterations);
@@ -241,14 +241,15 @@ fn resume(job: &Job, folder: &Folder) -> Result<Option<Snapshot>> {
     Ok(newest.snapshot)
 }
 
-/// Steps of the scene: of load factors or seconds.
+/// Steps of the scene: of load factors or seconds. Load steps end where they would if none of them had been halved.
 fn step_control(scene: &Scene) -> StepControl {
     let nominal = match (&scene.statics, &scene.dynamics) {
         (Some(statics), _) => scene.end() / statics.steps as f64,
         (None, Some(dynamics)) => dynamics.dt,
         (None, None) => 1.0,
     };
-    StepControl::new(nominal, scene.end(), scene.output.interval, scene.solver.max_halvings as u32)
+    let interval = scene.output.interval.or(scene.statics.is_some().then_some(nominal));
+    StepControl::new(nominal, scene.end(), interval, scene.solver.max_halvings as u32)
 }
 
 /// The model's state and that of the step control.

@@ -199,6 +199,39 @@ fn wrong_values_are_refused_before_anything_runs() {
 }
 
 #[test]
+fn measures_have_times_and_runs_need_not_reach_those_of_expectations() {
+    // Held flat against a rest curvature that grows with the load factor, the strip's energy grows as its square.
+    let expect =
+        "[[report.expect]]\nname = \"late\"\nmeasure = { energy = {} }\ntime = 0.9\nreference = 1\ntolerance = 1\nsource = \"a\"\n";
+    let sweep = with(SWEEP, "{ name = \"scaled\"", "{ name = \"half way\", time = 0.5, measure = { energy = {} } },\n{ name = \"scaled\"");
+    let two = with(&held(&(sweep.clone() + expect)), "steps = 1", "steps = 2");
+    let sandbox = Sandbox::new(&two);
+    sandbox.ok(&["report", "--sweep", "scene.toml", "-q"]);
+    for row in result(&sandbox)["sweeps"][0]["rows"].as_array().unwrap() {
+        let ratio = row["measures"][1].as_f64().unwrap() / row["measures"][0].as_f64().unwrap();
+        assert!((ratio - 0.25).abs() < 1e-6, "{row}");
+    }
+    // In time, a run that ends earlier than the scene expects something is one, but not if the sweep itself measures later.
+    let moving = with(&two, "[statics]\nsteps = 2", "[dynamics]\ndt = 0.25\nend = 1");
+    let moving = with(&moving, "thickness = 1e-3", "thickness = 1e-3\ndensity = 1000");
+    let ends = |time: &str| {
+        let table = "key = \"dynamics.end\"\nvalues = [0.5, 1.0]";
+        let scene = with(&moving, "key = \"shell.thickness\"\nlogarithmic = { from = 1e-4, to = 1e-3, count = 4 }", table);
+        let fit = scene.find("fit =").unwrap();
+        let rest = &scene[fit + scene[fit..].find('\n').unwrap()..];
+        Sandbox::new(&(with(&scene[..fit], "time = 0.5", time) + rest))
+    };
+    let sandbox = ends("time = 0.5");
+    sandbox.ok(&["report", "--sweep", "scene.toml", "-q"]);
+    assert_eq!(result(&sandbox)["sweeps"][0]["rows"].as_array().unwrap().len(), 2);
+    let message = ends("time = 0.75").fails(2, &["report", "--sweep", "scene.toml"]);
+    assert!(
+        message.contains("report.sweep.0.measures.1.time") && message.contains("dynamics.end=0.5") && message.contains("after the end"),
+        "{message}"
+    );
+}
+
+#[test]
 fn overrides_hold_for_all_runs_of_a_sweep() {
     let sandbox = Sandbox::new(&held(SWEEP));
     sandbox.ok(&["report", "--sweep", "scene.toml", "-q", "--set", "mesh.rectangle.cells=[3, 2]"]);

@@ -190,6 +190,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("second = { key = \"mesh.rectangle.size.1\"", "second = { key = §\"shell.thickness\"", "is the first key too"),
     ("least = 0.0, most = 1e3", "least = 0.0, most = §-1", "report.sweep.0.measures.0.most = -1: must not be less than `least`"),
     (", source = \"squares\" }", " }", "`source` and a limit, `least` or `most`, need each other"),
+    ("time = 1.0, measure", "time = §-1, measure", "report.sweep.0.measures.1.time = -1: must be >= 0 [s]"),
     ("name = \"left over\"", "name = §\"energy\"", "report.sweep.0.measures.1.name = \"energy\": a measure of this name comes before"),
     ("fit = { measure = \"energy\"", "fit = { measure = §\"work\"", "report.sweep.0.fit.measure = \"work\": is the name of no measure"),
     ("lowest = \"left over\"", "lowest = §\"work\"", "report.sweep.0.fit.lowest = \"work\": is the name of no measure of the sweep"),

@@ -158,6 +158,9 @@ fn sweep(key: &str, table: &Sweep) -> Check {
         let new = table.measures[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a measure of this name comes before")?;
         measure(&format!("{key}.measure"), &entry.measure)?;
+        // Whether a run lasts so long depends on its values.
+        let passes = entry.time.is_none_or(|time| time >= 0.0 && time.is_finite());
+        require(&format!("{key}.time"), passes, "must be >= 0 [s]")?;
         finite(&format!("{key}.least"), entry.least.as_slice(), "unit of the measure")?;
         finite(&format!("{key}.most"), entry.most.as_slice(), "unit of the measure")?;
         let ordered = entry.least.zip(entry.most).is_none_or(|(least, most)| least <= most);

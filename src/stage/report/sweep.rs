@@ -73,7 +73,9 @@ fn runs(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
             None => vec![vec![(sweep.key.as_str(), value)]],
         };
         for pair in pairs {
-            let overrides: Vec<String> = pair.iter().map(|(key, value)| format!("{key}={}", value.text())).collect();
+            // What the scene expects at its own times need not be there at a run's.
+            let silent = ["report.expect=[]".to_owned(), "report.sweep=[]".to_owned()];
+            let overrides: Vec<String> = pair.iter().map(|(key, value)| format!("{key}={}", value.text())).chain(silent).collect();
             let made = scene::parse(&job.scene_file.display().to_string(), job.source.text(), &overrides);
             let (scene, source) = made.map_err(|e| match e {
                 Error::Scene(fault) => {
@@ -90,6 +92,11 @@ fn runs(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
                 }
                 other => other,
             })?;
+            let end = scene.end() * (1.0 + 1e-9);
+            if let Some((m, time)) = sweep.measures.iter().enumerate().find_map(|(m, entry)| Some((m, entry.time.filter(|t| *t > end)?))) {
+                let message = format!("is after the end of the run at {} (seconds, in statics the load factor)", scene.end());
+                return Err(Error::input(&format!("{key}.measures.{m}.time"), format!("{time} with {}: {message}", overrides[0])));
+            }
             let values = pair.into_iter().map(|(_, value)| value.clone()).collect();
             runs.push(Run { values, place: of_value(i), scene, source });
         }
@@ -116,7 +123,7 @@ fn plan(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
 fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
     let step = Job { scene: run.scene, source: run.source, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
-    let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, None)).collect();
+    let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, m.time)).collect();
     let trial = attempt(&step, &measures)?;
     let cost = trial.cost;
     let (measured, failure) = match trial.values {
