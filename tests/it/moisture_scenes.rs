@@ -378,7 +378,7 @@ fn what_is_wrong_is_refused_with_its_key() {
         ("through = 1e-7", "through = -1e-7", &["moisture.diffusivity.through"]),
         ("layers = 4", "added_density = 1000", &["moisture.added_density", "density"]),
         ("mu_perp = 1e-4", "mu_perp = -0.2", &["rest", "face", "%", "> 0"]),
-        ("layers = 4", "initial = \"if(x > 0, -101, 0)\"", &["moisture.initial", "-101 %", "vertex 1", "bone dry"]),
+        ("layers = 4", "initial = \"if(x > 0, -101, 0)\"", &["moisture.initial", "-101 %", "vertex 3", "bone dry"]),
         ("value = 10", "value = -101", &["moisture", "given value at vertex 0", "-101", "bone dry"]),
         ("value = 10", "exchange = { coefficient = 1e-6, outside = \"-1001 * t\" }", &["outside value", "vertex 0", "bone dry"]),
         ("mu = 0\n", "mu = 0\nm_plus = 1\n", &["rest.linear.m_plus", "[moisture]"]),
