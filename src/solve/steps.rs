@@ -78,17 +78,7 @@ pub struct StepPlan {
 impl StepControl {
     /// Starts with the nominal step.
     pub fn new(nominal: f64, end: f64, interval: Option<f64>, max_halvings: u32) -> Self {
-        StepControl {
-            nominal,
-            end,
-            interval,
-            max_halvings,
-            dt: nominal,
-            successes: 0,
-            adaptive: None,
-            is_even: false,
-            by_error: None,
-        }
+        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, adaptive: None, is_even: false, by_error: None }
     }
 
     /// The step from `time`, or none at the end.
