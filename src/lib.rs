@@ -10,9 +10,10 @@
 //! | [`stage`] | one file per verb: check, mesh, setup, run, modes, export, report, status, all; `build` turns a scene into objects |
 //! | [`case`] | a case's files: HDF5 (atomic, sealed by a checksum), history, VTK, hashes of inputs |
 //! | [`report`] | distances, norms, rates, fitted curvatures, tables of error against run time |
-//! | [`model`] | a shell with its loads, supports and rest driver, advanced step by step |
+//! | [`model`] | a shell or a surface on a grid with its loads, supports and rest driver, advanced step by step |
 //! | [`solve`] | Newton's method, descent, dynamic relaxation, the way off unstable equilibria, paths by arc length, modes of vibration and buckling, step sizes |
 //! | [`shell`] | elements, hinges, rest forms, materials, the Koiter energy, mass |
+//! | [`cosserat`] | a Cosserat surface on a grid: forms, constants, energy, finite differences |
 //! | [`load`] | forces on nodes |
 //! | [`moisture`] | diffusion of moisture and heat in layers of prisms over the faces |
 //! | [`mesh`] | triangles, generators, file import, quality |
@@ -39,6 +40,8 @@
 //! | `p`, `phi` | frozen reference of an edge's director and the director's angle from it, turning about the edge | 1, rad |
 //! | `m+`, `m-` | additional moisture at the top (the side of the normal) and the bottom | % |
 //! | `eta` | viscosity over modulus | s |
+//! | `a1`, `a2`, `G`, `B` | material coordinates of a grid and the two forms in them, `G_ij = r_i . r_j`, `B_ij = n . r_ij` | m, 1, 1/m |
+//! | `eps`, `kappa` | `(G - G0)/2`, `-(B - B0)` | 1, 1/m |
 //! | `u`, `D` | what diffuses (moisture, heat) and its diffusivity | the caller's, m2/s |
 //!
 //! # How to add a physical effect
@@ -55,6 +58,8 @@
 //!
 //! # Sources
 //!
+//! "Seed B" is Wu and de Melo, *A Deformable Surface Model on the basis of the Theory of a Cosserat Surface* (formulas by its numbers),
+//! and PHYSICS B says how they are implemented.
 //! "Seed A" in the docs is *Physical Simulation of Moisture Induced Thin Shell Deformation* (anonymous draft, 2018), whose formulas are followed where
 //! they are right. "PHYSICS" and its sections A1 to A6 name the project's collection of formulas as they have to be implemented, with the
 //! draft's misprints mended; what a module takes from it stands in that module's own docs.
@@ -64,6 +69,7 @@
 
 pub mod case;
 pub mod cli;
+pub mod cosserat;
 pub mod error;
 pub mod load;
 pub mod math;

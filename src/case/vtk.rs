@@ -18,6 +18,8 @@ use vtkio::model::{
 pub enum Faces<'a> {
     /// Flat triangles.
     Linear(&'a [[usize; 3]]),
+    /// Quadrangles: the corners around.
+    Quadrangles(&'a [[usize; 4]]),
     /// Triangles of six nodes: the corners `v0 v1 v2`, then the middles of `v0 v1`, `v1 v2`, `v2 v0`.
     Quadratic(&'a [[usize; 6]]),
     /// Prisms: a triangle, whose normal points out of the prism, then the one opposite to it, corner by corner.
@@ -28,7 +30,7 @@ impl Faces<'_> {
     /// Extension of the file that holds such a surface: `vtp` (PolyData), or `vtu` (UnstructuredGrid), as VTK has no curved polygons.
     pub fn extension(&self) -> &'static str {
         match self {
-            Faces::Linear(_) => "vtp",
+            Faces::Linear(_) | Faces::Quadrangles(_) => "vtp",
             Faces::Quadratic(_) | Faces::Wedges(_) => "vtu",
         }
     }
@@ -36,6 +38,7 @@ impl Faces<'_> {
     fn len(&self) -> usize {
         match self {
             Faces::Linear(faces) => faces.len(),
+            Faces::Quadrangles(faces) => faces.len(),
             Faces::Quadratic(faces) | Faces::Wedges(faces) => faces.len(),
         }
     }
@@ -43,6 +46,7 @@ impl Faces<'_> {
     fn numbers(&self) -> VertexNumbers {
         let (nodes, size): (&[usize], u64) = match self {
             Faces::Linear(faces) => (faces.as_flattened(), 3),
+            Faces::Quadrangles(faces) => (faces.as_flattened(), 4),
             Faces::Quadratic(faces) | Faces::Wedges(faces) => (faces.as_flattened(), 6),
         };
         VertexNumbers::XML {
@@ -89,7 +93,9 @@ impl Surface<'_> {
         let points: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
         let (points, numbers) = (points.into(), self.faces.numbers());
         let data = match self.faces {
-            Faces::Linear(_) => DataSet::inline(PolyDataPiece { points, polys: Some(numbers), data, ..Default::default() }),
+            Faces::Linear(_) | Faces::Quadrangles(_) => {
+                DataSet::inline(PolyDataPiece { points, polys: Some(numbers), data, ..Default::default() })
+            }
             Faces::Quadratic(_) | Faces::Wedges(_) => {
                 let kind = if matches!(self.faces, Faces::Wedges(_)) { CellType::Wedge } else { CellType::QuadraticTriangle };
                 let cells = Cells { cell_verts: numbers, types: vec![kind; self.faces.len()] };

@@ -2,9 +2,12 @@
 //!
 //! Dead loads are nodal forces that keep their direction; weight, point loads and edge loads are all made of them, by the integrals of the
 //! element's shape functions that the caller knows; spread loads take those integrals over fields of place and time. Moments turn directors;
-//! pressure follows the surface; wind drags it. Supports are not here: they are held unknowns.
+//! pressure follows the surface, and loads along normals follow it from step to step; wind drags it, and drag resists velocities. Supports are not
+//! here: they are held unknowns.
 
+mod along_normals;
 mod dead;
+mod drag;
 mod moment;
 mod pressure;
 mod spread;
@@ -12,7 +15,9 @@ mod wind;
 
 use nalgebra::Vector3;
 
+pub use along_normals::{AlongNormals, NormalLoad, cell_area, node_areas};
 pub use dead::DeadLoad;
+pub use drag::Drag;
 pub use moment::EdgeMoment;
 pub use pressure::Pressure;
 pub use spread::{SpreadLoad, SurfacePiece};

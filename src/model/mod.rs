@@ -3,6 +3,8 @@
 //! A model exchanges [`crate::snapshot::Snapshot`]s with the rest of the program and knows neither files nor scenes.
 
 mod along;
+mod grid_model;
+mod grid_step;
 mod modes;
 mod motion;
 mod reactions;
@@ -14,6 +16,8 @@ mod transport;
 use crate::snapshot::Snapshot;
 use crate::solve::{Advance, Counters, Reach};
 
+pub use grid_model::{GridModel, GridParts, RoundTable, node_shares, quadrangles};
+pub use grid_step::Strong;
 pub use rest_driver::{Limit, Ramp, RestDriver};
 pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
 pub use time_integration::{Integrator, LARGEST_RATIO, Stage, TimeIntegration};

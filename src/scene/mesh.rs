@@ -21,6 +21,9 @@ pub enum MeshTable {
     SphereCap(SphereCap),
     /// Flat polygon with holes, Delaunay triangles, normal +z. Regions: outline, hole-0, hole-1, ...
     Outline(Outline),
+    /// Rectangle of `p x q` nodes, flat in the xy plane or on a given surface, for the models on grids. Regions: left, right, bottom, top,
+    /// boundary.
+    Grid(Grid),
     /// A mesh file. Regions: its named groups.
     File(MeshFile),
 }
@@ -33,6 +36,11 @@ impl MeshTable {
             MeshTable::Outline(table) => table.file.as_ref(),
             _ => None,
         }
+    }
+
+    /// The generator of a grid, if it is one.
+    pub fn grid(&self) -> Option<&Grid> {
+        if let MeshTable::Grid(table) = self { Some(table) } else { None }
     }
 
     /// The same, to change it.
@@ -95,6 +103,19 @@ pub struct Triangulation {
 
 fn default_min_angle() -> f64 {
     25.0
+}
+
+/// Generator `grid`: a surface over a rectangle of material coordinates. Its nodes keep these as field `material_coordinates`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Nodes along the two material coordinates, 3 to 3000.
+    pub nodes: [usize; 2],
+    /// Lengths of the rectangle of material coordinates [m], > 0.
+    pub size: [f64; 2],
+    /// Place of a node [m], of x and y, here its material coordinates, and of their r and theta. Absent: flat, `["x", "y", 0]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[Expr; 3]>,
 }
 
 /// Generator `disc`.

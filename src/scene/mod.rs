@@ -3,6 +3,7 @@
 //! A [`Scene`] is what the user said, with defaults filled in and ranges checked; `stage` makes objects from it. Nothing here computes.
 //! All quantities are in SI units. A table that is absent stands for a part that does not exist.
 
+mod cosserat;
 mod diffusion;
 mod distributed;
 mod ladder;
@@ -30,6 +31,7 @@ use crate::math::Expression;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use cosserat::{Constant, Cosserat, Divergence, GridBorder, GridScheme, Model, NormalForce, RoundTable, Stream};
 pub use diffusion::{Boundary, Diffusion, DiffusionMass, DiffusionRegion, Diffusivity, Exchange, Scheme, Seen, Side, Spacing};
 pub use distributed::{SpreadForce, Wind};
 pub use ladder::{Ladder, LadderExpectation, LadderMesh, Refinement};
@@ -39,7 +41,7 @@ pub use material::{Composition, Lame, Layer, Layers, Material, OrthotropicModuli
 pub use matrix::{Ends, Matrix, MatrixAxis, MatrixPart, MatrixTied};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
-    Annulus, Cylinder, Disc, Flatten, FlattenOnto, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, Refine, RegionTable,
+    Annulus, Cylinder, Disc, Flatten, FlattenOnto, Grid, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, Refine, RegionTable,
     SphereCap, Triangulation,
 };
 pub use modes::{ModeKind, Modes};
@@ -141,6 +143,9 @@ pub struct Scene {
     /// What the scene shows, and where its numbers come from.
     #[serde(default)]
     pub description: String,
+    /// What is simulated. Default: a Koiter shell.
+    #[serde(default)]
+    pub model: Model,
     /// Where the triangles come from.
     pub mesh: MeshTable,
     /// Splits the faces of the mesh, before it is flattened. Absent: the mesh is as it was made.
@@ -152,8 +157,12 @@ pub struct Scene {
     /// Named parts of the mesh, added to those a mesh file or generator names.
     #[serde(default, rename = "region", skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<RegionTable>,
-    /// The shell: thickness, material, element.
+    /// The shell: thickness, material, element. Needed by `model = "koiter"`, absent for others.
+    #[serde(default = "Shell::absent", skip_serializing_if = "Shell::is_absent")]
     pub shell: Shell,
+    /// The surface on a grid. Needed by `model = "cosserat"` and `model = "terzopoulos"`, absent for a Koiter shell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cosserat: Option<Cosserat>,
     /// Where the fibres run. Absent: the material has none.
     #[serde(default, rename = "machine-direction", skip_serializing_if = "Option::is_none")]
     pub machine_direction: Option<MachineDirection>,

@@ -27,6 +27,7 @@ const LISTS: &[&str] = &[
     "body-force",
     "wind",
     "moment",
+    "normal-force",
     "pressure",
     "part",
     "sweep",

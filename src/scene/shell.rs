@@ -110,6 +110,33 @@ pub struct Shell {
     pub regions: Vec<ShellRegion>,
 }
 
+impl Shell {
+    /// What stands for a shell where there is none: no thickness, the element without further nodes.
+    pub(super) fn absent() -> Self {
+        Shell {
+            element: Element::Linear,
+            director: Director::default(),
+            thickness: 0.0,
+            youngs_modulus: None,
+            poissons_ratio: None,
+            material: None,
+            lame: None,
+            compression: None,
+            orthotropic: None,
+            bilayer: None,
+            density: None,
+            viscosity: None,
+            mass: Mass::default(),
+            regions: Vec::new(),
+        }
+    }
+
+    /// Whether there is no shell.
+    pub(super) fn is_absent(&self) -> bool {
+        *self == Self::absent()
+    }
+}
+
 /// Values for the faces of one region. Absent keys: the shell's own; but a region that names `material`, `orthotropic` or `bilayer` says the
 /// whole law anew, and of the shell's only thickness, density, `youngs_modulus` and `poissons_ratio` stay in force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -7,7 +7,8 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
     let mut found = Vec::new();
     let size = mesh_size(&scene.mesh);
     let shell = &scene.shell;
-    let whole = ("shell".to_owned(), [Some(shell.thickness), shell.youngs_modulus, shell.density]);
+    let thickness = (!shell.is_absent()).then_some(shell.thickness);
+    let whole = ("shell".to_owned(), [thickness, shell.youngs_modulus, shell.density]);
     let parts = shell.regions.iter().enumerate();
     let parts = parts.map(|(i, part)| (format!("shell.region.{i}"), [part.thickness, part.youngs_modulus, part.density]));
     for (key, [thickness, modulus, density]) in std::iter::once(whole).chain(parts) {
@@ -92,6 +93,7 @@ fn mesh_size(mesh: &MeshTable) -> Option<f64> {
             };
             (0..2).map(extent).reduce(f64::min)
         }),
+        MeshTable::Grid(table) => Some(table.size[0].min(table.size[1])),
         MeshTable::File(_) => None,
     }
 }

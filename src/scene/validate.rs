@@ -2,6 +2,7 @@
 //!
 //! What depends on the mesh (whether a region exists, whether it has faces) is not checked here.
 
+mod cosserat;
 mod diffusion;
 mod load;
 mod matrix;
@@ -81,7 +82,10 @@ pub(super) fn scene(scene: &Scene) -> Check {
     }
     regions(&scene.regions)?;
     time(scene)?;
-    shell(scene)?;
+    cosserat::model(scene)?;
+    if scene.cosserat.is_none() {
+        shell(scene)?;
+    }
     scene.machine_direction.as_ref().map_or(Ok(()), rest::machine_direction)?;
     scene.rest.as_ref().map_or(Ok(()), |table| rest::rest(table, scene))?;
     diffusion::diffusing(scene)?;
@@ -182,6 +186,7 @@ fn mesh(mesh: &MeshTable) -> Check {
             }
             triangulation("mesh.outline.triangulation", &table.triangulation)
         }
+        MeshTable::Grid(table) => cosserat::grid("mesh.grid", table),
         MeshTable::File(table) => mesh_file("mesh.file", table),
     }
 }

@@ -148,6 +148,9 @@ fn carried(count: usize, shares: &[Vec<(usize, f64)>]) -> Vec<f64> {
 
 /// The whole model at its start.
 pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Box<dyn Model>> {
+    if scene.cosserat.is_some() {
+        return Ok(Box::new(super::grid::model(scene, mesh, topology, setup)?));
+    }
     Ok(Box::new(shell_model(scene, mesh, topology, setup)?))
 }
 
@@ -157,14 +160,7 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
     let masses = masses(scene, mesh, topology, setup);
     let positions = mesh.nodes();
     let loads = loads::build(scene, mesh, topology, &setup.materials, masses.as_ref().map_or(&[], |m| &m.nodes))?;
-    let held = setup
-        .held
-        .iter()
-        .map(|h| {
-            let start = positions.get(h.unknown / 3).map_or(0.0, |p| p[h.unknown % 3]);
-            Ok(HeldUnknown { unknown: h.unknown, start, motion: motion(scene, mesh, topology, &positions, h)? })
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let held = held_unknowns(scene, mesh, topology, setup)?;
     let follows = scene.moisture.as_ref().is_some_and(|table| table.added_density.is_some());
     let following_mass = masses.as_ref().filter(|_| follows).map(|masses| FollowingMass {
         densities: setup.densities.clone(),
@@ -211,6 +207,16 @@ fn integrator(dynamics: &scene::Dynamics) -> Integrator {
             Integrator::GeneralisedAlpha { spectral_radius: dynamics.spectral_radius.unwrap_or(DEFAULT_RADIUS) }
         }
     }
+}
+
+/// The supports, with their motions.
+pub fn held_unknowns(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> Result<Vec<HeldUnknown>> {
+    let positions = mesh.nodes();
+    let unknown = |h: &Held| {
+        let start = positions.get(h.unknown / 3).map_or(0.0, |p| p[h.unknown % 3]);
+        Ok(HeldUnknown { unknown: h.unknown, start, motion: motion(scene, mesh, topology, &positions, h)? })
+    };
+    setup.held.iter().map(unknown).collect()
 }
 
 /// What moves a held unknown, and its key: a pin's displacement [m], or its rotation [rad] about the edge's own direction.

@@ -49,7 +49,11 @@ pub fn run(job: &Job) -> Result<()> {
 /// Name and description of every part that the scene has.
 fn parts(scene: &Scene) -> Vec<(&'static str, String)> {
     let shell = &scene.shell;
-    let mut parts = vec![("mesh", mesh(&scene.mesh)), ("shell", describe_shell(shell))];
+    let what = match &scene.cosserat {
+        Some(table) => (scene.model.name(), super::grid::describe(table)),
+        None => ("shell", describe_shell(shell)),
+    };
+    let mut parts = vec![("mesh", mesh(&scene.mesh)), what];
     if let Some(refine) = &scene.refine {
         parts.insert(1, ("refine", format!("each face into {}", 1u64 << (2 * refine.times))));
     }
@@ -262,6 +266,7 @@ fn mesh(mesh: &MeshTable) -> String {
             };
             format!("outline, {corners}, {} holes", table.holes.len())
         }
+        MeshTable::Grid(table) => format!("grid, {} x {} nodes", table.nodes[0], table.nodes[1]),
         MeshTable::File(table) => format!("file {}", table.path.display()),
     }
 }

@@ -1,6 +1,7 @@
 //! `export`: writes checkpoints as VTK files (`vtk/*.vtp`, curved faces `*.vtu`, with a `.pvd`) for ParaView and pyvista.
 
-use super::fields::{Fields, State};
+use super::fields::State;
+use super::grid_fields::Shown;
 use super::{Job, mesh as mesh_stage, modes, run as run_stage, setup};
 use crate::case::{Folder, hash, vtk};
 use crate::error::{Error, Result};
@@ -43,12 +44,17 @@ pub fn run(job: &Job) -> Result<()> {
         });
     }
     let topology = Topology::new(&mesh.faces);
-    let mut fields = Fields::new(&job.scene, &mesh, &topology, &setup)?;
+    let mut fields = Shown::new(&job.scene, &mesh, &topology, &setup)?;
     let series = path(job);
     let vtk_folder = series.parent().map(PathBuf::from).unwrap_or_default();
     std::fs::create_dir_all(&vtk_folder).map_err(|e| Error::io("create", &vtk_folder, e))?;
     let curved = if mesh.midpoints.is_empty() { Vec::new() } else { mesh.six_node_faces() };
-    let faces = if curved.is_empty() { vtk::Faces::Linear(&mesh.faces) } else { vtk::Faces::Quadratic(&curved) };
+    let cells = if let Shown::Grid(grid) = &fields { grid.quadrangles() } else { Vec::new() };
+    let faces = match (curved.is_empty(), cells.is_empty()) {
+        (false, _) => vtk::Faces::Quadratic(&curved),
+        (true, true) => vtk::Faces::Linear(&mesh.faces),
+        (true, false) => vtk::Faces::Quadrangles(&cells),
+    };
     let (mut files, mut director_files, mut units) = (Vec::new(), Vec::new(), BTreeMap::new());
     let mut prism_files: BTreeMap<&str, Vec<(f64, String)>> = BTreeMap::new();
     let mut whole = true;
@@ -70,7 +76,7 @@ pub fn run(job: &Job) -> Result<()> {
             units.insert(field.name.clone(), field.unit.clone());
         }
         add_mesh_fields(&mesh, &mut state);
-        if job.scene.output.directors {
+        if let (true, Shown::Shell(fields)) = (job.scene.output.directors, &fields) {
             let (points, directors) = fields.directors(&state, &snapshot);
             let name = format!("directors_{step:08}.vtp");
             let surface =
@@ -79,6 +85,7 @@ pub fn run(job: &Job) -> Result<()> {
             director_files.push((time, name));
         }
         for (_, quantity, unit, _) in job.scene.diffusing().filter(|(.., said)| said.prisms) {
+            let Shown::Shell(fields) = &fields else { continue };
             let Some((points, wedges, values)) = fields.prisms(&state, quantity) else { continue };
             let name = format!("{quantity}_prisms_{step:08}.vtu");
             let field = Field { name: quantity.into(), association: Association::Node, components: 1, unit: unit.into(), data: values };

@@ -31,6 +31,9 @@ pub struct Fields<'a> {
 
 /// Names and numbers of components of the fields that a scene has.
 pub fn names(scene: &Scene) -> Vec<(&'static str, usize)> {
+    if scene.cosserat.is_some() {
+        return super::grid_fields::names(scene);
+    }
     let swells = scene.rest.as_ref().is_some_and(|r| r.linear.is_some() || r.bilayer.is_some());
     let mut names = vec![("displacement", 3)];
     names.extend(scene.dynamics.as_ref().map(|_| ("velocity", 3)));

@@ -193,7 +193,7 @@ fn nothing(empty: bool, key: &str, region: &str, what: &str) -> Result<()> {
 }
 
 /// A load's factor in time: as given, else the load factor; none where the run is in time.
-fn load_factor(scene: &Scene, key: &str, factor: &Option<Expr>) -> Result<Option<Motion>> {
+pub fn load_factor(scene: &Scene, key: &str, factor: &Option<Expr>) -> Result<Option<Motion>> {
     match factor {
         Some(expr) => Ok(Some(of_time(key, expr)?)),
         None if !scene.runs_in_time() => Ok(Some(Box::new(|t| t))),

@@ -96,7 +96,7 @@ fn beside(scene_file: &Path, path: &Path) -> PathBuf {
 fn surface(table: &MeshTable) -> Surface {
     match table {
         MeshTable::File(t) => of_file(t),
-        MeshTable::Rectangle(_) | MeshTable::Outline(_) => Surface::Plane,
+        MeshTable::Rectangle(_) | MeshTable::Outline(_) | MeshTable::Grid(_) => Surface::Plane,
         MeshTable::Disc(t) => Surface::Disc { radius: t.radius },
         MeshTable::Annulus(_) => Surface::Annulus,
         MeshTable::Cylinder(t) => Surface::Cylinder { radius: t.radius },
@@ -223,6 +223,10 @@ pub fn make(scene: &Scene, scene_file: &Path) -> Result<(Mesh, Vec<String>)> {
             };
             place = "mesh.outline".to_owned();
             generate::outline(&key, &points, &t.holes, triangulation(&t.triangulation))?
+        }
+        MeshTable::Grid(t) => {
+            place = "mesh.grid".to_owned();
+            super::grid::mesh(t)?
         }
         MeshTable::File(t) => {
             place = "mesh.file.path".to_owned();

@@ -7,6 +7,8 @@ pub mod check;
 mod diffusion;
 pub mod export;
 mod fields;
+mod grid;
+mod grid_fields;
 mod loads;
 mod materials;
 pub mod mesh;

@@ -81,7 +81,16 @@ pub fn inputs(job: &Job) -> Result<String> {
         // What is in the file counts, with the mesh, and not where it is.
         table.path.clear();
     }
-    let tables = serde_json::to_string(&(&s.shell, &s.machine_direction, &rest, diffusing, loads, &s.pins, start, s.output.reactions));
+    let tables = serde_json::to_string(&(
+        (&s.model, &s.shell, &s.cosserat),
+        &s.machine_direction,
+        &rest,
+        diffusing,
+        loads,
+        &s.pins,
+        start,
+        s.output.reactions,
+    ));
     let tables = tables.map_err(|e| Error::input("scene", e.to_string()))?;
     Ok(hash::of(&[mesh_stage::inputs(job)?.as_bytes(), tables.as_bytes()]))
 }
@@ -95,6 +104,9 @@ pub fn load(job: &Job) -> Result<(Setup, Snapshot)> {
 
 /// Makes everything in memory.
 pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
+    if scene.cosserat.is_some() {
+        return super::grid::setup(scene, mesh);
+    }
     let topology = Topology::new(&mesh.faces);
     let mut setup = Setup::default();
     (setup.held, setup.held_directors) = supports::find(scene, mesh, &topology)?;
@@ -126,12 +138,7 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
     };
     drop(shell);
     let mut model = build::shell_model(scene, mesh, &topology, &setup)?;
-    for time in if scene.runs_in_time() { &[0.0][..] } else { &[0.0, 1.0] } {
-        model.check_prescribed(*time).map_err(|failure| match failure {
-            StepFailure::Input { place, reason } => Error::input(place, reason),
-            other => Error::input("setup", format!("{other:?}")),
-        })?;
-    }
+    check_prescribed(scene, &model)?;
     super::stepping::Stepping::new(scene, mesh)?;
     super::report::check_measures(scene, mesh, &super::run::columns(scene, &model))?;
     setup.free_unknowns = model.free_unknowns();
@@ -139,6 +146,17 @@ pub fn make(scene: &Scene, mesh: &Mesh) -> Result<(Setup, Snapshot)> {
         super::perturbation::apply(table, scene, mesh, &topology, &setup, &mut model)?;
     }
     Ok((setup, model.snapshot()))
+}
+
+/// Makes sure that what is prescribed at the start and, for load steps, at the end is finite.
+pub fn check_prescribed(scene: &Scene, model: &dyn Model) -> Result<()> {
+    for time in if scene.runs_in_time() { &[0.0][..] } else { &[0.0, 1.0] } {
+        model.check_prescribed(*time).map_err(|failure| match failure {
+            StepFailure::Input { place, reason } => Error::input(place, reason),
+            other => Error::input("setup", format!("{other:?}")),
+        })?;
+    }
+    Ok(())
 }
 
 /// The region of that name, with its name in the error if there is none.
@@ -180,16 +198,19 @@ impl Setup {
         let mut archive = Archive::new(Kind::Setup, inputs);
         archive.numbers.insert("free_unknowns".into(), self.free_unknowns as f64);
         let mut put = |name: &str, array| archive.arrays.insert(name.into(), array);
-        let material = self.materials.iter().flat_map(|m| [m.thickness, m.youngs_modulus, m.poissons_ratio]).collect();
-        put(
-            "material",
-            Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"),
-        );
+        // A surface on a grid has constants instead.
+        if !self.materials.is_empty() {
+            let material = self.materials.iter().flat_map(|m| [m.thickness, m.youngs_modulus, m.poissons_ratio]).collect();
+            put(
+                "material",
+                Array::rows(material, 3).with("unit", "m, Pa, 1").with("components", "thickness, Young's modulus, Poisson's ratio"),
+            );
+            put("initial_forms", rows(&self.initial_forms));
+            put("rest_forms", rows(&self.rest_forms));
+        }
         if !self.constitutions.is_empty() {
             put("constitution", materials::to_array(&self.constitutions));
         }
-        put("initial_forms", rows(&self.initial_forms));
-        put("rest_forms", rows(&self.rest_forms));
         if !self.densities.is_empty() {
             put("density", Array::rows(self.densities.clone(), 1).with("unit", "kg/m3"));
         }
@@ -222,10 +243,12 @@ impl Setup {
             let Some(array) = archive.arrays.get(name) else { return Ok(Vec::new()) };
             Ok(array.as_i64().ok_or_else(|| missing(name))?.iter().map(|i| *i as usize).collect())
         };
-        let forms = |name: &str| -> Result<Vec<Forms>> {
-            Ok(real(name)?.chunks_exact(6).map(|r| Forms { a: [r[0], r[1], r[2]], b: [r[3], r[4], r[5]] }).collect())
-        };
         let optional = |name: &str| if archive.arrays.contains_key(name) { real(name).map(Some) } else { Ok(None) };
+        let is_shell = ["material", "initial_forms", "rest_forms"].iter().any(|name| archive.arrays.contains_key(*name));
+        let of_shell = |name: &str| if is_shell { real(name) } else { Ok(&[][..]) };
+        let forms = |name: &str| -> Result<Vec<Forms>> {
+            Ok(of_shell(name)?.chunks_exact(6).map(|r| Forms { a: [r[0], r[1], r[2]], b: [r[3], r[4], r[5]] }).collect())
+        };
         let planes = optional("held_director_planes")?.unwrap_or(&[]).chunks_exact(3).map(|d| Vector3::new(d[0], d[1], d[2]));
         let supports = planes.map(|normal| if normal == Vector3::zeros() { Director::Clamped } else { Director::Symmetry(normal) });
         let machine_direction: Option<Vec<[f64; 2]>> =
@@ -233,7 +256,7 @@ impl Setup {
         let constitutions = optional("constitution")?.map_or(Some(Vec::new()), |rows| materials::from_rows(rows, &machine_direction));
         Ok(Setup {
             constitutions: constitutions.ok_or_else(|| missing("constitution"))?,
-            materials: real("material")?
+            materials: of_shell("material")?
                 .chunks_exact(3)
                 .map(|m| Material { thickness: m[0], youngs_modulus: m[1], poissons_ratio: m[2] })
                 .collect(),

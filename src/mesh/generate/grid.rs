@@ -2,7 +2,7 @@
 
 use super::{Pattern, check_count, check_faces, check_length};
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, Region, Stars};
+use crate::mesh::{FieldOn, Mesh, MeshField, Region, Stars};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -96,6 +96,27 @@ pub fn rectangle(size: [f64; 2], cells: [usize; 2], pattern: Pattern, jitter: f6
     if jitter > 0.0 {
         shift_vertices(&mut mesh, &boundary.vertices, [jitter * size[0] / nx, jitter * size[1] / ny], seed);
     }
+    mesh.regions.extend(sides.into_iter().chain([("boundary", boundary)]).map(|(name, region)| (name.to_string(), region)));
+    Ok(mesh)
+}
+
+/// Field of the nodes that holds the material coordinates [m] of a surface on a grid.
+pub const MATERIAL_COORDINATES: &str = "material_coordinates";
+
+/// Surface on a grid of `nodes`, two faces a cell; node `(i, j)` has index `i nodes.1 + j`. `place`: position [m] by material coordinates [m],
+/// which run to `size` and are kept as field [`MATERIAL_COORDINATES`]. Regions: left, right, bottom, top, boundary.
+pub fn surface_grid(nodes: [usize; 2], size: [f64; 2], place: impl Fn(f64, f64) -> Vector3<f64>) -> Result<Mesh> {
+    size.iter().try_for_each(|&s| check_length("mesh.grid.size", s))?;
+    nodes.iter().try_for_each(|&n| check_count("mesh.grid.nodes", n, 3, super::MAX_FACES))?;
+    let cells = nodes.map(|n| n - 1);
+    let grid = Grid { cells, closed: [false; 2], pattern: Pattern::Diagonal };
+    grid.check("mesh.grid.nodes", [2, 2])?;
+    let at = |i: f64, j: f64| [size[0] * (i / cells[0] as f64), size[1] * (j / cells[1] as f64)];
+    let mut mesh = grid.build(|i, j| place(at(i, j)[0], at(i, j)[1]));
+    let data = (0..nodes[0]).flat_map(|i| (0..nodes[1]).flat_map(move |j| at(i as f64, j as f64))).collect();
+    mesh.fields.insert(MATERIAL_COORDINATES.into(), MeshField { on: FieldOn::Nodes, components: 2, data });
+    let sides = [("left", grid.at_i(0)), ("right", grid.at_i(cells[0])), ("bottom", grid.at_j(0)), ("top", grid.at_j(cells[1]))];
+    let boundary = sides.iter().fold(Region::default(), |all, (_, side)| all.union(side));
     mesh.regions.extend(sides.into_iter().chain([("boundary", boundary)]).map(|(name, region)| (name.to_string(), region)));
     Ok(mesh)
 }

@@ -8,7 +8,7 @@ mod grid;
 mod polygon;
 mod rings;
 
-pub use grid::{annulus, cylinder, rectangle};
+pub use grid::{MATERIAL_COORDINATES, annulus, cylinder, rectangle, surface_grid};
 pub use polygon::{outline, rectangle_delaunay};
 pub use rings::{disc, sphere_cap};
 

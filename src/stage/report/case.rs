@@ -72,6 +72,18 @@ impl<'a> Case<'a> {
         steps.map(|(i, _)| run_stage::switched(&self.job.moment(times[i]), before[i], after[i])).collect()
     }
 
+    /// What is said of matrices that needed LU, in words; none where there was none.
+    pub fn factored_by_lu(&self) -> Option<String> {
+        let count = |name: &str| self.history.last(name);
+        let (unsymmetric, indefinite) = (count("unsymmetric_matrices")?, count("indefinite_matrices")?);
+        (unsymmetric + indefinite > 0.0).then(|| {
+            let all = count("factorizations").unwrap_or_default();
+            format!(
+                "Of {all} matrices {unsymmetric} were not symmetric and {indefinite} symmetric but indefinite; these were factored by LU"
+            )
+        })
+    }
+
     pub fn cost(&self) -> Result<Cost> {
         Ok(Cost {
             dofs: self.setup.free_unknowns,

@@ -67,7 +67,7 @@ fn check(key: &str, measure: &Measure, scene: &Scene, mesh: &Mesh, columns: &[&s
                 ));
             }
             let Some(region) = region else { return Ok(()) };
-            let of_faces = fields::of_faces(&name);
+            let of_faces = scene.cosserat.is_none() && fields::of_faces(&name);
             let association = if of_faces { Association::Face } else { Association::Node };
             members(mesh, &format!("{key}.field.region"), region, association).map(drop)
         }

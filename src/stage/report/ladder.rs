@@ -177,6 +177,7 @@ fn vary_mesh(mesh: &mut MeshTable, variant: Option<&LadderMesh>, resolution: f64
         MeshTable::Annulus(t) => t.cells.iter_mut().for_each(finer),
         MeshTable::Cylinder(t) => t.cells.iter_mut().for_each(finer),
         MeshTable::Outline(t) => t.triangulation.size /= resolution,
-        MeshTable::File(_) => {}
+        // No shell has a grid.
+        MeshTable::File(_) | MeshTable::Grid(_) => {}
     }
 }

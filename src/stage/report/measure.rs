@@ -1,7 +1,8 @@
 //! What the measures of a scene mean: each as a number of a case that has run.
 
 use super::super::build::{self, place_values};
-use super::super::fields::{Fields, State};
+use super::super::fields::State;
+use super::super::grid_fields::Shown;
 use super::super::{mesh as mesh_stage, modes, setup};
 use super::case::{Case, When};
 use super::reactions;
@@ -57,13 +58,13 @@ impl Case<'_> {
             Measure::Energy { part, over } => {
                 let snapshot = self.snapshot(when)?;
                 let topology = Topology::new(&mesh.faces);
-                let energies = Fields::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, &snapshot)?;
+                let energies = Shown::new(scene, mesh, &topology, &self.setup)?.energies(&snapshot, &snapshot)?;
                 Ok(take(energies, *part) / energy_scale("report: energy.over", over.as_ref(), scene)?)
             }
             Measure::EnergyRatio { part } => {
                 let snapshot = self.snapshot(when)?;
                 let topology = Topology::new(&mesh.faces);
-                let mut fields = Fields::new(scene, mesh, &topology, &self.setup)?;
+                let mut fields = Shown::new(scene, mesh, &topology, &self.setup)?;
                 let initial = fields.energies(&self.start, &snapshot)?;
                 Ok(take(fields.energies(&snapshot, &snapshot)?, *part) / take(initial, *part))
             }
@@ -94,7 +95,7 @@ impl Case<'_> {
     ) -> Result<f64> {
         let topology = Topology::new(&self.mesh.faces);
         let snapshot = self.snapshot(when)?;
-        let state = Fields::new(&self.job.scene, &self.mesh, &topology, &self.setup)?.of(&snapshot)?;
+        let state = Shown::new(&self.job.scene, &self.mesh, &topology, &self.setup)?.of(&snapshot)?;
         // Scenes name fields with hyphens, as all their keywords; files with underscores.
         let name = name.replace('-', "_");
         let found = state.cell_data.iter().chain(&state.point_data).find(|f| f.name == name);

@@ -58,7 +58,7 @@ pub fn of_job(job: &Job) -> Result<Outcome> {
     atomic::write(&job.case.join("report.json"), outcome.to_json().as_bytes())?;
     let mut text = outcome.to_markdown();
     let modes = modes::load(job)?.map_or(Vec::new(), |found| found.lines());
-    for line in case.switches().into_iter().chain(case.stability()).chain(modes) {
+    for line in case.switches().into_iter().chain(case.stability()).chain(case.factored_by_lu()).chain(modes) {
         text.push_str(&format!("\n{line}.\n"));
     }
     atomic::write(&job.case.join("report.md"), text.as_bytes())?;

@@ -1,0 +1,152 @@
+//! One step of the paper's scheme (seed B, (33) to (35)): a linear system for the next positions.
+//!
+//! `A r' = g` with `A = K + mu/dt^2 + lambda/(2 dt)` and `g = f - l - k + (mu/dt^2 + lambda/(2 dt)) r + (mu/dt - lambda/2) v`, all per area, `mu` and
+//! `lambda` rescaled by the area (35). `f` is that of the loads at the positions that the velocities lead to. Everything is taken at the state that the step
+//! starts from, so positions and velocities are all that the next step reads.
+
+use crate::cosserat::StrongForm;
+use crate::error::{Error, Result};
+use crate::sparse::general::{self, Method};
+use crate::sparse::{Numbering, Pattern, Potential, System};
+use nalgebra::Vector3;
+
+/// The paper's scheme with what the nodes carry.
+pub struct Strong {
+    form: StrongForm,
+    /// Masses [kg] and damping coefficients [kg/s] of the nodes.
+    masses: Vec<f64>,
+    damping: Vec<f64>,
+    /// Rest areas of the nodes [m2].
+    areas: Vec<f64>,
+    numbering: Numbering,
+    pattern: Pattern,
+    /// Matrices factored so far that were unsymmetric, and that were symmetric but indefinite.
+    pub lu: [u64; 2],
+    /// All matrices factored so far.
+    pub factorizations: u64,
+}
+
+/// What a step starts from.
+pub struct From<'a> {
+    /// Coordinates [m].
+    pub x: &'a [f64],
+    /// Velocities [m/s].
+    pub v: &'a [f64],
+    /// Step [s].
+    pub dt: f64,
+    /// Present areas of the nodes [m2].
+    pub areas: &'a [f64],
+    /// Which coordinates are held.
+    pub held: &'a [bool],
+    /// Those that move, and where to [m].
+    pub targets: &'a [(usize, f64)],
+}
+
+impl Strong {
+    /// `masses` [kg], `damping` [kg/s] and rest `areas` [m2] of the nodes.
+    pub fn new(form: StrongForm, masses: Vec<f64>, damping: Vec<f64>, areas: Vec<f64>) -> Self {
+        let numbering = Numbering::new(&vec![false; 3 * masses.len()]);
+        let pattern = Pattern { column_start: vec![0], row: Vec::new() };
+        Strong { form, masses, damping, areas, numbering, pattern, lu: [0; 2], factorizations: 0 }
+    }
+
+    /// Looks up where the loads' forces go, once.
+    pub fn bind(&mut self, loads: &mut [&mut dyn Potential]) -> Result<()> {
+        self.pattern = Pattern::new(&self.numbering, &mut |visit| loads.iter().for_each(|load| load.stencils(visit)))?;
+        loads.iter_mut().for_each(|load| load.bind(&self.numbering, &self.pattern));
+        Ok(())
+    }
+
+    /// The next coordinates [m], and the largest of what is left of the equations over the largest force.
+    ///
+    /// # Errors
+    /// A matrix that cannot be factored.
+    pub fn step(&mut self, from: &From, loads: &[&dyn Potential]) -> Result<(Vec<f64>, f64)> {
+        let dt = from.dt;
+        let r: Vec<Vector3<f64>> = from.x.chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect();
+        let operator = self.form.operator(&r);
+        let led: Vec<f64> = from.x.iter().zip(from.v).map(|(x, v)| x + dt * v).collect();
+        let mut system = System::new(&self.pattern);
+        loads.iter().for_each(|load| {
+            load.gradient(&led, &mut system);
+        });
+        let ratio = from.areas.iter().sum::<f64>() / self.areas.iter().sum::<f64>();
+        let (mut rows, mut right) = (operator.rows, Vec::with_capacity(r.len()));
+        for node in 0..r.len() {
+            let mu = self.masses[node] / self.areas[node] / ratio;
+            let lambda = self.damping[node] / self.areas[node] * ratio;
+            let inertia = mu / (dt * dt) + lambda / (2.0 * dt);
+            rows[node].push((node, inertia));
+            right.push(std::array::from_fn::<f64, 3, _>(|k| {
+                let load = -system.gradient[3 * node + k] / from.areas[node];
+                let v = from.v[3 * node + k];
+                load - operator.lagged[node][k] - operator.constants[node][k] + inertia * r[node][k] + (mu / dt - 0.5 * lambda) * v
+            }));
+        }
+        let mut next = from.x.to_vec();
+        from.targets.iter().for_each(|&(u, value)| next[u] = value);
+        let scale = right.as_flattened().iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+        let holds = |k: usize| -> Vec<bool> { (0..r.len()).map(|n| from.held[3 * n + k]).collect() };
+        if holds(0) == holds(1) && holds(1) == holds(2) {
+            self.solve(&rows, &right, &holds(0), &mut next, [0, 1, 2])?;
+        } else {
+            for k in 0..3 {
+                let one: Vec<[f64; 1]> = right.iter().map(|row| [row[k]]).collect();
+                self.solve(&rows, &one, &holds(k), &mut next, [k])?;
+            }
+        }
+        let mut left = 0.0f64;
+        for (node, row) in rows.iter().enumerate() {
+            for k in (0..3).filter(|k| !from.held[3 * node + k]) {
+                left = left.max((row.iter().map(|(at, c)| c * next[3 * at + k]).sum::<f64>() - right[node][k]).abs());
+            }
+        }
+        Ok((next, left / scale))
+    }
+
+    /// Solves for some coordinates of the nodes that are not held; those that are have their values in `next`.
+    fn solve<const K: usize>(
+        &mut self,
+        rows: &[Vec<(usize, f64)>],
+        right: &[[f64; K]],
+        held: &[bool],
+        next: &mut [f64],
+        axes: [usize; K],
+    ) -> Result<()> {
+        let free: Vec<usize> = (0..rows.len()).filter(|n| !held[*n]).collect();
+        if free.is_empty() {
+            return Ok(());
+        }
+        let mut number = vec![usize::MAX; rows.len()];
+        free.iter().enumerate().for_each(|(i, n)| number[*n] = i);
+        let mut reduced = Vec::with_capacity(free.len());
+        let mut known = Vec::with_capacity(free.len());
+        for n in &free {
+            let mut b = right[*n];
+            let mut row = Vec::with_capacity(rows[*n].len());
+            for (at, c) in &rows[*n] {
+                if held[*at] {
+                    b.iter_mut().zip(axes).for_each(|(b, k)| *b -= c * next[3 * at + k]);
+                } else {
+                    row.push((number[*at], *c));
+                }
+            }
+            reduced.push(row);
+            known.push(b);
+        }
+        self.factorizations += 1;
+        match general::solve(&reduced, &mut known)? {
+            Method::Cholesky => {}
+            Method::Unsymmetric => self.lu[0] += 1,
+            Method::Indefinite => self.lu[1] += 1,
+        }
+        for (n, values) in free.iter().zip(known) {
+            values.iter().zip(axes).for_each(|(value, k)| next[3 * n + k] = *value);
+        }
+        if next.iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(Error::Numerical { message: "a position is not finite".into(), help: None })
+        }
+    }
+}
