@@ -23,28 +23,6 @@ impl ShellModel {
         held.map(|h| (h.unknown, h.motion.as_ref().map_or(0.0, |(_, motion)| of(motion)))).collect()
     }
 
-    /// Moves the unknowns to a first guess of the state of a stage, with the velocities that they have and held coordinates where the `targets`
-    /// are, if that has less energy than to stay; returns whether it did.
-    pub(super) fn guess(&mut self, stage: &Stage, targets: &[(usize, f64)]) -> bool {
-        let coordinates = self.v.len();
-        let mut dx: Vec<f64> = self.v.iter().map(|v| (stage.time - self.time) * v).collect();
-        dx.resize(self.x.len(), 0.0);
-        self.parts.held.iter().for_each(|h| dx[h.unknown] = 0.0);
-        for &(i, value) in targets.iter().filter(|(i, _)| *i < coordinates) {
-            dx[i] = value - self.x[i];
-        }
-        let there: Vec<f64> = self.x.iter().zip(&dx).map(|(x, dx)| x + dx).collect();
-        let mut potentials = potentials(&mut self.parts);
-        let energy = |x: &[f64]| potentials.iter().map(|p| p.energy(x)).sum::<f64>();
-        if !(energy(&there) < energy(&self.x)) {
-            return false;
-        }
-        potentials.iter_mut().for_each(|p| p.extrapolate(&self.x, &dx));
-        self.x = there;
-        potentials.iter_mut().for_each(|p| p.prepare(&mut self.x));
-        true
-    }
-
     /// Goes on from the state of a stage, which the unknowns hold, to the end of its step at `time`, where held unknowns have the values
     /// `targets`; returns the estimated error over the allowed one, where steps are chosen by it. `before`: directors at the start.
     ///

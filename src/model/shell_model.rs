@@ -324,16 +324,7 @@ impl ShellModel {
             Some(stage) => targets.iter().map(|&(i, value)| (i, stage.between(before[i], value))).collect(),
             None => targets.clone(),
         };
-        let lagged = self.parts.shell.lagged();
-        let guessed = stage.as_ref().is_some_and(|stage| self.guess(stage, &at_stage));
-        let mut found = self.equilibrium(&at_stage);
-        if guessed && found.is_err() {
-            self.x.copy_from_slice(&before);
-            self.parts.shell.set_lagged(&lagged);
-            self.parts.shell.set_directors(directors);
-            found = self.equilibrium(&at_stage);
-        }
-        let solved = found.map_err(|failure| self.failed(failure))?;
+        let solved = self.equilibrium(&at_stage).map_err(|failure| self.failed(failure))?;
         // Supports are asked while all parts are at the moment of the stage.
         self.update_reactions();
         let error = match stage {

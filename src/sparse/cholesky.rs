@@ -4,13 +4,14 @@ use super::Pattern;
 use super::multifrontal::Fronts;
 use crate::error::{Error, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
 use faer::perm::PermRef;
-use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::{Conj, MatMut, Par, Side};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
 
 /// What a matrix has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +53,7 @@ fn analyse(pattern: &Pattern, ordering: SymmetricOrdering<'_, u32>) -> Result<Sy
 /// Symbolic analysis, factor values and work space of one pattern.
 pub struct Cholesky {
     symbolic: SymbolicCholesky<u32>,
-    /// None for a matrix without rows.
+    /// None for a matrix that is too small to have them, which faer factorises row by row.
     fronts: Option<Fronts>,
     values: Vec<f64>,
     work: MemBuffer,
@@ -81,7 +82,10 @@ impl Cholesky {
 
     /// Makes room for the factor.
     fn prepare(pattern: &Pattern, symbolic: SymbolicCholesky<u32>) -> Result<Self> {
-        let work = MemBuffer::try_new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)).map_err(|_| out_of_memory())?;
+        let request = symbolic
+            .solve_in_place_scratch::<f64>(1, Par::Seq)
+            .or(symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default()));
+        let work = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
         let fronts = match symbolic.raw() {
             SymbolicCholeskyRaw::Supernodal(supernodes) => {
                 Some(Fronts::new(supernodes, pattern, symbolic.perm().map(|order| order.arrays().1)))
@@ -103,11 +107,36 @@ impl Cholesky {
 
     /// Factorises `matrix`, the values of the pattern, into the memory of the last factorisation.
     pub fn refactor(&mut self, pattern: &Pattern, matrix: &[f64], kind: Kind) -> Result<Refactored, Pivot> {
-        let Some(fronts) = &self.fronts else { return Ok(Refactored { negative_pivots: 0 }) };
         let unknown = |index: usize| self.symbolic.perm().map_or(index, |order| order.arrays().0[index] as usize);
-        fronts
-            .factorize(matrix, &mut self.values, kind == Kind::Llt)
-            .map_err(|index| Pivot { unknown: unknown(index), zero: kind == Kind::Ldlt })?;
+        if let Some(fronts) = &self.fronts {
+            fronts
+                .factorize(matrix, &mut self.values, kind == Kind::Llt)
+                .map_err(|index| Pivot { unknown: unknown(index), zero: kind == Kind::Ldlt })?;
+        } else if !pattern.is_empty() {
+            let n = pattern.len();
+            let rows = SymbolicSparseColMatRef::new_checked(n, n, &pattern.column_start, None, &pattern.row);
+            let stack = MemStack::new(&mut self.work);
+            self.symbolic
+                .factorize_numeric_ldlt(
+                    &mut self.values,
+                    SparseColMatRef::new(rows, matrix),
+                    Side::Lower,
+                    LdltRegularization::default(),
+                    Par::Seq,
+                    stack,
+                    Spec::default(),
+                )
+                .map_err(|LdltError::ZeroPivot { index }| Pivot { unknown: unknown(index.saturating_sub(1)), zero: kind == Kind::Ldlt })?;
+            let mut bad = None;
+            self.each_pivot(|index, d| {
+                if !(d > 0.0) {
+                    bad.get_or_insert(index);
+                }
+            });
+            if let Some(index) = bad.filter(|_| kind == Kind::Llt) {
+                return Err(Pivot { unknown: unknown(index), zero: false });
+            }
+        }
         if kind == Kind::Llt {
             return Ok(Refactored { negative_pivots: 0 });
         }
@@ -121,7 +150,7 @@ impl Cholesky {
         }
         let mut negative_pivots = 0;
         let mut singular = None;
-        fronts.each_pivot(&self.values, |index, d| {
+        self.each_pivot(|index, d| {
             negative_pivots += usize::from(d < 0.0);
             let u = unknown(index);
             // Round-off leaves about eps of the row's scale where a mechanism's pivot should be zero.
@@ -130,6 +159,15 @@ impl Cholesky {
             }
         });
         singular.map_or(Ok(Refactored { negative_pivots }), Err)
+    }
+
+    /// Shows each pivot of the last factorisation, in the order of elimination.
+    fn each_pivot(&self, mut visit: impl FnMut(usize, f64)) {
+        match (&self.fronts, self.symbolic.raw()) {
+            (Some(fronts), _) => fronts.each_pivot(&self.values, visit),
+            (None, SymbolicCholeskyRaw::Simplicial(s)) => (0..s.nrows()).for_each(|j| visit(j, self.values[s.col_ptr()[j] as usize])),
+            (None, SymbolicCholeskyRaw::Supernodal(_)) => {}
+        }
     }
 
     /// Solves with the last factorisation, in place. `x`: right-hand side, then solution, over the free unknowns.

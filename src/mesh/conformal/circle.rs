@@ -42,6 +42,9 @@ pub fn centre(points: &mut [Complex<f64>], weights: &[f64]) -> Result<(), f64> {
         let mean = |power: i32| points.iter().zip(weights).map(|(z, w)| z.powi(power) * *w).sum::<Complex<f64>>() / total;
         let (first, second) = (mean(1), mean(2));
         off = first.norm();
+        if !off.is_finite() {
+            break;
+        }
         if is_near {
             return Ok(());
         }

@@ -74,8 +74,10 @@ fn runs(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
             None => vec![vec![(sweep.key.as_str(), value)]],
         };
         for pair in pairs {
-            // What the scene expects at its own times need not be there at a run's.
-            let silent = ["report.expect=[]".to_owned(), "report.sweep=[]".to_owned()];
+            // Times at which the scene expects something need not be there in a run, which is not asked for it.
+            let expectations = job.scene.report.iter().flat_map(|report| &report.expectations).enumerate();
+            let timed = expectations.filter(|(_, e)| e.time.is_some()).map(|(i, _)| format!("report.expect.{i}.time=0"));
+            let silent = timed.chain(["report.sweep=[]".to_owned()]);
             let overrides: Vec<String> = pair.iter().map(|(key, value)| format!("{key}={}", value.text())).chain(silent).collect();
             let made = scene::parse(&job.scene_file.display().to_string(), job.source.text(), &overrides);
             let (scene, source) = made.map_err(|e| match e {
