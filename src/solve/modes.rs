@@ -17,8 +17,8 @@ const BLOCKS: [usize; 3] = [6, 12, 24];
 /// Distance, relative to the highest value, at which lower ones are counted.
 const BELOW: f64 = 1e-6;
 
-/// Smallest change of stiffness by the load, over its largest, that is no round-off.
-const LEAST_SHARE: f64 = 1e-9;
+/// Smallest share of softening, over the largest stiffening by the same load, that counts: strains of order one under a load that stiffens also soften.
+const LEAST_SHARE: f64 = 1e-4;
 
 /// A mode over all unknowns.
 #[derive(Clone, Debug)]
@@ -135,7 +135,7 @@ impl Newton {
         if pairs.is_empty() { Err(NoModes::Never) } else { Ok(pairs.into_iter().map(|p| self.mode(value(p.value), &p.vector)).collect()) }
     }
 
-    /// The pairs with the largest `theta`, above `floor` times the largest by size. `value`: of the problem, by `theta`, ascending where `theta` descends. `noise`:
+    /// The pairs with the largest `theta`, above `floor` times the size of the smallest where that is negative. `value`: of the problem, by `theta`, ascending where `theta` descends. `noise`:
     /// size of values that is round-off.
     fn lowest_pairs(
         &mut self,
@@ -149,8 +149,8 @@ impl Newton {
             self.factor(problem.matrix, problem.shift, problem.direction);
             let mut operator =
                 Inverse { pattern: &self.pattern, cholesky: &mut self.cholesky, numerator: problem.numerator, metric: problem.metric };
-            let Some(found) = largest(&mut operator, self.pattern.len(), count, block) else { continue };
-            let pairs: Vec<Pair> = found.pairs.into_iter().filter(|p| p.value > floor * found.scale).collect();
+            let Some(found) = largest(&mut operator, self.pattern.len(), count, block, floor) else { continue };
+            let pairs = found.pairs;
             let values: Vec<f64> = pairs.iter().map(|p| value(p.value)).collect();
             // Values that are round-off have no side on which they lie.
             let Some(highest) = values.last().filter(|v| v.abs() > noise) else { return Ok(pairs) };

@@ -31,8 +31,6 @@ pub struct Pair {
 pub struct Found {
     /// The largest eigenvalues with their vectors, descending.
     pub pairs: Vec<Pair>,
-    /// Size of the largest eigenvalue by size, as far as it is known.
-    pub scale: f64,
 }
 
 /// `A` and `B` by what they do.
@@ -102,8 +100,9 @@ fn across(operator: &impl SelfAdjoint, basis: &[Direction], mut v: Vec<f64>) -> 
 }
 
 /// The `count` largest eigenvalues with their vectors, descending; fewer where the space has no more. None if the iteration did not settle.
-/// `size`: of the vectors. `block`: vectors that go ahead together, > 0: equal eigenvalues up to that many are found for sure.
-pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block: usize) -> Option<Found> {
+/// `size`: of the vectors. `block`: vectors that go ahead together, > 0: equal eigenvalues up to that many are found for sure. `floor`: eigenvalues below this
+/// share of the size of the smallest, where that is negative, are left out; what lies there is not waited for.
+pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block: usize, floor: f64) -> Option<Found> {
     let kept = count + block;
     let most = (2 * kept + 4 * block).max(40);
     let (mut basis, mut applied): (Vec<Direction>, usize) = (Vec::new(), 0);
@@ -119,6 +118,9 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
         }
     };
     fresh(operator, &mut basis, block);
+    if basis.is_empty() {
+        return Some(Found { pairs: Vec::new() });
+    }
     for _ in 0..RESTARTS * most {
         // The images of the newest vectors, and what of them lies outside the basis.
         let from = applied;
@@ -154,7 +156,9 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
         let outside = DMatrix::from_fn(basis.len() - applied, images.len(), |n, j| dot(&basis[applied + n].bq, &images[j]));
         let residual = |k: usize| (&outside * eigen.eigenvectors.view((from, k), (applied - from, 1))).norm();
         let wanted = &order[..count.min(applied)];
-        let found = |k: &usize| residual(*k) <= TOLERANCE * eigen.eigenvalues[*k].abs() + ROUND_OFF * scale;
+        let least = floor * (-eigen.eigenvalues.min()).max(0.0);
+        let small_enough = |k: &usize| eigen.eigenvalues[*k] + residual(*k) < least;
+        let found = |k: &usize| residual(*k) <= TOLERANCE * eigen.eigenvalues[*k].abs() + ROUND_OFF * scale || small_enough(k);
         if exhausted || (applied >= count && wanted.iter().all(found)) {
             let pair = |k: &usize| {
                 // Applied once more, it is rid of what `B` does not see.
@@ -163,7 +167,7 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
                 vector.iter_mut().for_each(|v| *v /= length);
                 Pair { value: eigen.eigenvalues[*k], vector }
             };
-            return Some(Found { pairs: wanted.iter().map(pair).collect(), scale });
+            return Some(Found { pairs: wanted.iter().filter(|k| floor == 0.0 || eigen.eigenvalues[**k] > least).map(pair).collect() });
         }
         if basis.len() + block > most && applied > kept {
             let best = &order[..kept];
@@ -217,20 +221,35 @@ mod tests {
             .collect();
         let mut operator =
             Diagonal { theta: theta.clone(), metric: (0..n).map(|i| if i % 10 == 9 { 0.0 } else { 1.0 + i as f64 }).collect() };
-        let pairs = largest(&mut operator, n, 5, 4).map_or(Vec::new(), |found| found.pairs);
+        let pairs = largest(&mut operator, n, 5, 4, 0.0).map_or(Vec::new(), |found| found.pairs);
         let values: Vec<f64> = pairs.iter().map(|p| p.value).collect();
         assert!(values.len() == 5 && values.iter().zip([5.0, 3.0, 3.0, 3.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{values:?}");
         for p in &pairs {
             let image = operator.apply(&p.vector);
             let off = image.iter().zip(&p.vector).map(|(a, v)| (a - p.value * v).abs()).fold(0.0, f64::max);
-            assert!(off < 1e-9 && (dot(&p.vector, &operator.metric(&p.vector)) - 1.0).abs() < 1e-12, "{off}");
+            assert!(off < 1e-8 && (dot(&p.vector, &operator.metric(&p.vector)) - 1.0).abs() < 1e-12, "{off}");
         }
+    }
+
+    #[test]
+    fn what_lies_below_the_floor_is_left_out() {
+        let theta: Vec<f64> = (0..300).map(|i| if i == 5 { 0.5 } else { -1.0 / (1.0 + i as f64) }).collect();
+        let mut operator = Diagonal { theta, metric: vec![1.0; 300] };
+        for (floor, count) in [(1e-4, 1), (0.9, 0)] {
+            assert!(largest(&mut operator, 300, 4, 4, floor).is_some_and(|found| found.pairs.len() == count), "{floor}");
+        }
+    }
+
+    #[test]
+    fn an_operator_that_is_zero_has_no_pairs() {
+        let mut operator = Diagonal { theta: vec![0.0; 3], metric: vec![1.0; 3] };
+        assert!(largest(&mut operator, 3, 2, 2, 0.0).is_some_and(|found| found.pairs.is_empty()));
     }
 
     #[test]
     fn a_space_smaller_than_asked_for() {
         let mut operator = Diagonal { theta: vec![2.0, -1.0, 7.0], metric: vec![1.0, 3.0, 0.0] };
-        let found = largest(&mut operator, 3, 5, 4).map_or(Vec::new(), |found| found.pairs);
+        let found = largest(&mut operator, 3, 5, 4, 0.0).map_or(Vec::new(), |found| found.pairs);
         let values: Vec<f64> = found.iter().map(|p| p.value).collect();
         assert!(values.len() == 2 && (values[0] - 2.0).abs() < 1e-14 && (values[1] + 1.0).abs() < 1e-14, "{values:?}");
     }
