@@ -124,9 +124,9 @@ fn a_mechanism_and_steps_that_fail_exit_with_3() {
     assert!(message.contains("mechanism") && message.contains("hold it by pins"), "{message}");
     assert_eq!(sandbox.newest().0, "step_00000000.h5");
 
-    // Two steps work, then nothing can follow the pin that leaps.
-    let sandbox = Sandbox::new(&with(STATIC, "0.01 * t", "if(t > 0.3, 1e6, 0)")).prepared();
-    let set = ["--set", "solver.max_halvings=2", "--set", "solver.max_iterations=3"];
+    // Two steps work, then nothing can follow the pin that tears it.
+    let sandbox = Sandbox::new(&with(STATIC, "0.01 * t", "if(t > 0.3, 1e6 * y, 0)")).prepared();
+    let set = ["--set", "solver.max_halvings=2", "--set", "solver.max_iterations=5"];
     let message = sandbox.fails(3, &[&["run", "scene.toml"][..], &set].concat());
     assert!(message.contains("failed at its smallest size") && message.contains("step_0000000"), "{message}");
     assert_eq!(message.matches("warning: the step from ").count(), 2, "{message}");
