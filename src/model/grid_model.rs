@@ -78,6 +78,9 @@ pub struct GridModel {
     time: f64,
 }
 
+/// Held unknowns with their values [m], and the factors of the loads.
+type Prescribed = (Vec<(usize, f64)>, Vec<f64>);
+
 impl GridModel {
     /// Numbers the unknowns and analyses the matrix. `tolerance`: relative to the diameter.
     pub fn new(mut parts: GridParts, diameter: f64, tolerance: f64, max_iterations: usize) -> Result<Self> {
@@ -129,7 +132,7 @@ impl GridModel {
     }
 
     /// Values that the moved unknowns take at a time, and the factors of the loads.
-    fn prescribed(&self, time: f64) -> Result<(Vec<(usize, f64)>, Vec<f64>), StepFailure> {
+    fn prescribed(&self, time: f64) -> Result<Prescribed, StepFailure> {
         let mut factors = Vec::with_capacity(self.parts.loads.len());
         for load in &self.parts.loads {
             let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));

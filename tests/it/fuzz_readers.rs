@@ -255,12 +255,9 @@ fn read(path: &Path) -> bool {
             }
         }),
     };
-    match &accepted {
-        Err(error) => {
-            assert_eq!(error.exit_code(), 2);
-            assert!(!error.to_string().is_empty());
-        }
-        Ok(()) => {}
+    if let Err(error) = &accepted {
+        assert_eq!(error.exit_code(), 2);
+        assert!(!error.to_string().is_empty());
     }
     accepted.is_ok()
 }

@@ -109,7 +109,7 @@ fn what_is_wrong_with_a_cell_is_told() {
 fn random_velocities_are_those_of_their_seed() {
     let free = "[mesh.rectangle]\nsize = [0.1, 0.1]\ncells = [3, 3]\n[shell]\nthickness = 1e-3\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\ndensity = 1000.0\n\
         [gravity]\n[dynamics]\ndt = 1e-3\nend = 0.005\nrandom_velocity = { speed = 2.0, seed = 3 }\n\
-        [report.matrix]\nmost_iterations = 4\n[[report.matrix.part]]\nname = \"speed\"\naxes = [{ key = \"dynamics.random_velocity.speed\", values = [1e-3, 10.0] }]\n";
+        [report.matrix]\nmost_iterations = 8\n[[report.matrix.part]]\nname = \"speed\"\naxes = [{ key = \"dynamics.random_velocity.speed\", values = [1e-3, 10.0] }]\n";
     let velocities = |scene: &str| {
         let sandbox = Sandbox::new(scene).prepared();
         let file = hdf5::File::open(sandbox.case("setup.h5")).unwrap();

@@ -109,7 +109,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("motion = { x = \"0.1 * t\" }", "motion = { x = §\"0.1 * r\" }", "unknown name `r`; variables here: x, y, z, t"),
     // Time.
     (
-        "[dynamics]\ndt = 0.1\nend = 1.0\nvelocity = [0, 0, \"x\"]\nintegrator = \"generalised-alpha\"\nspectral_radius = 0.9\nadaptive = { tolerance = 2e-3, largest_dt = 0.2 }",
+        "[dynamics]\ndt = 0.1\nend = 1.0\nvelocity = [0, 0, \"x\"]\nintegrator = \"generalised-alpha\"\nspectral_radius = 0.9\nadaptive = { tolerance = 2e-3, largest_dt = 0.2 }\nrandom_velocity = { speed = 0.7, seed = 11 }",
         "",
         "exactly one of [statics] and [dynamics] must be given, found none",
     ),

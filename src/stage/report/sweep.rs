@@ -98,7 +98,7 @@ fn runs(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
             let end = scene.end() * (1.0 + 1e-9);
             if let Some((m, time)) = sweep.measures.iter().enumerate().find_map(|(m, entry)| Some((m, entry.time.filter(|t| *t > end)?))) {
                 let message = format!("is after the end of the run at {} (seconds, in statics the load factor)", scene.end());
-                return Err(Error::input(&format!("{key}.measures.{m}.time"), format!("{time} with {}: {message}", overrides[0])));
+                return Err(Error::input(format!("{key}.measures.{m}.time"), format!("{time} with {}: {message}", overrides[0])));
             }
             let values = pair.into_iter().map(|(_, value)| value.clone()).collect();
             runs.push(Run { values, place: of_value(i), scene, source });
