@@ -51,7 +51,10 @@ pub fn passage(ways: &[f64], values: &[f64], value: f64, number: usize) -> Optio
     let number = number.checked_sub(1)?;
     let passes = |i: &usize| values[*i] != value && (values[*i] - value) * (values[i + 1] - value) <= 0.0;
     let at = (0..values.len().saturating_sub(1)).filter(passes).nth(number)?;
-    let (from, to) = (at.saturating_sub(1), (at + 2).min(values.len() - 1));
+    // Four states, fewer only where there are no more.
+    let last = values.len() - 1;
+    let from = at.saturating_sub(1).min(last.saturating_sub(3));
+    let to = (from + 3).min(last);
     let above = |way: f64| Place::between(ways, from, to, way).of(values) > value;
     let (mut low, mut high) = (ways[at], ways[at + 1]);
     let start = values[at] > value;

@@ -225,7 +225,7 @@ mod tests {
             let mut control = StepControl { by_error, ..StepControl::new(start, 1e9, None, 40) };
             let error = |dt: f64| (dt / 0.02).powi(3);
             let mut rejected = 0;
-            for _ in 0..60 {
+            for _ in 0..200 {
                 let e = error(control.dt);
                 if e <= 1.0 {
                     control.succeed(control.dt, 5, Some(e));
