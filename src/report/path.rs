@@ -114,7 +114,7 @@ mod tests {
     fn finds_passages_between_steps() {
         let (ways, t) = path();
         // The first state is at 0 and does not come to it.
-        for (value, number, s) in [(0.0, 1, 1.0), (0.0, 2, 2.0), (0.375, 1, 0.5)] {
+        for (value, number, s) in [(0.0, 1, 1.0), (0.0, 2, 2.0), (0.375, 1, 1.25 - 0.5 * 3.25f64.sqrt())] {
             let place = passage(&ways, &t, value, number).unwrap();
             assert!((place.of(&ways) - s).abs() < 1e-12, "{value} {number}: {}", place.of(&ways));
         }
