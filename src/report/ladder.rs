@@ -15,9 +15,15 @@ pub struct LadderRow {
     /// How the rest metric was sampled, where the ladder varies that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sampling: Option<&'static str>,
+    /// Integrator, or way to the equilibrium, where the ladder varies that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<&'static str>,
+    /// Step of time [s], by which orders are measured where the ladder varies that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
     /// Number of faces.
     pub faces: usize,
-    /// Longest edge of the mesh [m], by which orders are measured.
+    /// Longest edge of the mesh [m], by which orders are measured otherwise.
     pub longest_edge: f64,
     /// Number of unknowns.
     pub dofs: usize,
@@ -44,13 +50,18 @@ pub struct LadderRow {
 impl LadderRow {
     fn is_of_the_kind_of(&self, other: &LadderRow) -> bool {
         let thickness = self.thickness.to_bits() == other.thickness.to_bits();
-        self.director == other.director && self.mesh == other.mesh && thickness && self.sampling == other.sampling
+        self.director == other.director
+            && self.mesh == other.mesh
+            && thickness
+            && (self.sampling, self.method) == (other.sampling, other.method)
     }
 
     /// The kind in words.
     pub fn kind(&self) -> String {
         let sampling = self.sampling.map_or(String::new(), |sampling| format!(", rest metric by {sampling}"));
-        format!("{}, {}, {} m{sampling}", self.director, self.mesh, number(self.thickness))
+        let method = self.method.map_or(String::new(), |method| format!(", {method}"));
+        let step = self.step.map_or(String::new(), |step| format!(", steps of {} s", number(step)));
+        format!("{}, {}, {} m{sampling}{method}{step}", self.director, self.mesh, number(self.thickness))
     }
 
     /// Notes what the row misses of a least order and a largest error. What is not known is missed. `order`: which of its orders counts.
@@ -67,12 +78,12 @@ impl LadderRow {
     }
 }
 
-/// Sets the order of each row from the row before it of the same director, mesh, thickness and sampling, by the longest edge.
+/// Sets the order of each row from the row before it of the same director, mesh, thickness, sampling and method, by the step or the longest edge.
 ///
 /// A first row has none, nor has one after a run that failed. The fitted order is the slope of the best line through the logarithms of all of
 /// them so far: a largest error over unstructured meshes, which are not similar to each other, goes down by uneven steps.
 pub fn orders(rows: &mut [LadderRow]) {
-    let point = |row: &LadderRow| Some((row.longest_edge, row.error?));
+    let point = |row: &LadderRow| Some((row.step.unwrap_or(row.longest_edge), row.error?));
     for i in 0..rows.len() {
         let (before, rest) = rows.split_at_mut(i);
         let row = &mut rest[0];
@@ -95,6 +106,8 @@ pub fn to_csv(rows: &[LadderRow]) -> String {
         "mesh",
         "thickness",
         "sampling",
+        "method",
+        "step",
         "faces",
         "longest_edge",
         "dofs",
@@ -114,6 +127,8 @@ pub fn to_csv(rows: &[LadderRow]) -> String {
             r.mesh.clone(),
             r.thickness.to_string(),
             r.sampling.unwrap_or_default().to_owned(),
+            r.method.unwrap_or_default().to_owned(),
+            optional(r.step),
             r.faces.to_string(),
             r.longest_edge.to_string(),
             r.dofs.to_string(),
@@ -133,25 +148,31 @@ pub fn to_csv(rows: &[LadderRow]) -> String {
     String::from_utf8(text.into_inner().unwrap_or_default()).unwrap_or_default()
 }
 
-/// The table as Markdown, and the expectations that were missed. A column of samplings only where rows have them.
+/// The table as Markdown, and the expectations that were missed. Columns of samplings, methods and steps only where rows have them.
 pub fn to_markdown(rows: &[LadderRow]) -> String {
     let optional = |value: Option<f64>| value.map_or("-".into(), number);
     // Two digits at least.
     let time = |t: f64| if t < 0.1 { format!("{t:.4}") } else { format!("{t:.2}") };
     let sampled = rows.iter().any(|r| r.sampling.is_some());
+    let by_method = rows.iter().any(|r| r.method.is_some());
+    let by_step = rows.iter().any(|r| r.step.is_some());
     let row = |r: &LadderRow| {
         let [order, fitted] = [r.order, r.fitted_order].map(|order| order.map_or("-".into(), |o| format!("{o:.2}")));
         let error = r.failure.as_ref().map_or_else(|| optional(r.error), |f| format!("failed: {}", cell(f)));
         let counts =
             [r.faces.to_string(), r.dofs.to_string(), error, order, fitted, time(r.wall_s), time(r.gflop), r.factorizations.to_string()];
         let sampling = sampled.then(|| r.sampling.unwrap_or("-").to_owned());
-        let kind = [cell(&r.director), cell(&r.mesh)].into_iter().chain(sampling).chain([number(r.thickness)]);
-        kind.chain(counts).collect()
+        let method = by_method.then(|| r.method.unwrap_or("-").to_owned());
+        let step = by_step.then(|| optional(r.step));
+        let kind = [cell(&r.director), cell(&r.mesh)].into_iter().chain(sampling).chain(method).chain([number(r.thickness)]);
+        kind.chain(step).chain(counts).collect()
     };
-    let sampling = sampled.then_some("sampling");
-    let counts = ["thickness [m]", "faces", "unknowns", "error", "order", "fitted order", "run time [s]", "Gflop", "factorisations"];
-    let header: Vec<&str> = ["director", "mesh"].into_iter().chain(sampling).chain(counts).collect();
-    let mut text = table(&header, header.len() - counts.len(), &rows.iter().map(row).collect::<Vec<_>>());
+    let (sampling, method) = (sampled.then_some("sampling"), by_method.then_some("method"));
+    let step = by_step.then_some("step [s]");
+    let counts = ["faces", "unknowns", "error", "order", "fitted order", "run time [s]", "Gflop", "factorisations"];
+    let header: Vec<&str> =
+        ["director", "mesh"].into_iter().chain(sampling).chain(method).chain(["thickness [m]"]).chain(step).chain(counts).collect();
+    let mut text = table(&header, header.len() - counts.len() - 1 - usize::from(by_step), &rows.iter().map(row).collect::<Vec<_>>());
     let missed: Vec<String> = rows.iter().flat_map(|r| r.missed.iter().map(|m| format!("- {}: {m}\n", r.kind()))).collect();
     if !missed.is_empty() {
         text += &format!("\nMissed:\n\n{}", missed.concat());

@@ -1,6 +1,6 @@
 //! Table `[report.ladder]`: a scene run at several resolutions.
 
-use super::{Director, Element, Measure, Pattern, Sampling};
+use super::{Director, Element, Integrator, Measure, Method, Pattern, Sampling};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,9 +16,9 @@ pub struct Ladder {
     /// Number of the limit point at which it is measured, from 1, on a path by arc length. Absent: the end.
     #[serde(default, rename = "limit-point", skip_serializing_if = "Option::is_none")]
     pub limit_point: Option<usize>,
-    /// Factors on the scene's numbers of cells (rings, inverse triangle size), ascending. Of a mesh file, the first is 1 and finer ones are split.
+    /// Factors on the scene's numbers of cells (rings, inverse triangle size) or of steps, ascending. Of a mesh file, the first is 1 and finer ones are split.
     pub resolutions: Vec<f64>,
-    /// How meshes become finer than that of the first resolution.
+    /// How runs become finer than that of the first resolution.
     #[serde(default)]
     pub refinement: Refinement,
     /// Variants of a rectangle's mesh. Absent: the scene's own.
@@ -36,12 +36,18 @@ pub struct Ladder {
     /// How the rest law becomes the rest metric (`rest.sampling`); a column of the table. Absent: the scene's own, without a column.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub samplings: Vec<Sampling>,
+    /// Integrators of a motion (`dynamics.integrator`); a column of the table. Absent: the scene's own, without a column.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub integrators: Vec<Integrator>,
+    /// Ways to an equilibrium (`statics.method`), in the same column.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub methods: Vec<Method>,
     /// What is expected at the finest resolution.
     #[serde(default, rename = "expect", skip_serializing_if = "Vec::is_empty")]
     pub expectations: Vec<LadderExpectation>,
 }
 
-/// How the meshes of a ladder become finer.
+/// What of a ladder becomes finer, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Refinement {
@@ -50,6 +56,8 @@ pub enum Refinement {
     Anew,
     /// The faces of the first are split as by `[refine]`; each resolution is 2, 4, 8, ... times the first.
     Split,
+    /// The mesh stays and `dynamics.dt` is divided by the resolution. Orders are by the step.
+    Steps,
 }
 
 /// What is expected of the finest run of every kind that it names. Names that are absent stand for all.
@@ -71,6 +79,12 @@ pub struct LadderExpectation {
     /// Sampling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sampling: Option<Sampling>,
+    /// Integrator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub integrator: Option<Integrator>,
+    /// Way to the equilibrium.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<Method>,
     /// Smallest order that passes [1]: fitted over all resolutions, or where meshes are split from one another, that of the two finest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_order: Option<f64>,

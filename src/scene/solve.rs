@@ -50,6 +50,14 @@ pub enum Method {
 }
 
 impl Method {
+    /// As it is written in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Newton => "newton",
+            Method::DynamicRelaxation => "dynamic-relaxation",
+        }
+    }
+
     fn is_default(&self) -> bool {
         *self == Method::default()
     }
@@ -137,6 +145,15 @@ pub enum Integrator {
 }
 
 impl Integrator {
+    /// As it is written in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Integrator::ImplicitEuler => "implicit-euler",
+            Integrator::Bdf2 => "bdf2",
+            Integrator::GeneralisedAlpha => "generalised-alpha",
+        }
+    }
+
     fn is_default(&self) -> bool {
         *self == Integrator::default()
     }

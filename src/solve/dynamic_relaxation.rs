@@ -25,6 +25,10 @@ const MARGIN: f64 = 1.2;
 /// Iterations between two assemblies of the stiffness.
 const REFRESH: u64 = 100;
 
+/// Iterations times the lowest frequency from which on that frequency is believed. A movement that has just begun is that of the loaded vertices
+/// alone; while it spreads, its frequency falls as one over the iterations, until it is the lowest there is.
+const SETTLED: f64 = 10.0;
+
 /// Share of the bound at which a movement's own frequency says that the stiffness has grown too much since it was assembled.
 const LIMIT: f64 = 3.8;
 
@@ -53,8 +57,10 @@ impl Newton {
         let unknowns: Vec<usize> = self.numbering.unknowns().iter().map(|u| *u as usize).collect();
         let n = unknowns.len();
         let (mut velocity, mut masses, mut before) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        let (mut stiffest, mut age, mut near, mut distance) = (0.0f64, REFRESH, 0u64, f64::INFINITY);
+        let (mut stiffest, mut age, mut near, mut distance, mut lowest) = (0.0f64, REFRESH, 0u64, f64::INFINITY, 0.0f64);
+        let mut done = 0;
         for iteration in 1..=settings.max_iterations {
+            done = iteration;
             potentials.iter_mut().for_each(|p| p.prepare(x));
             if age >= REFRESH {
                 potentials.iter_mut().for_each(|p| p.restart(x));
@@ -97,20 +103,27 @@ impl Newton {
                 return Err(Failure::NotRelaxed { iterations: iteration, distance: f64::INFINITY });
             }
             // How far a motion of the lowest frequency would still have to go.
-            let frequency = square.max(0.0).sqrt();
-            distance = pull.max(fastest * frequency) / (frequency * frequency);
+            // Its square is a mean over as many iterations as it takes to be seen: round-off raises the quotient of the smallest movements.
+            if square > 0.0 {
+                lowest += if lowest > 0.0 { lowest.sqrt().min(0.1) * (square - lowest) } else { square };
+            }
+            let frequency = lowest.sqrt();
+            distance = if lowest > 0.0 { pull.max(fastest * frequency) / lowest } else { pull.max(fastest) };
             near = if distance <= settings.tolerance { near + 1 } else { 0 };
             // Less than the last digit of coordinates is no motion.
             let rests = pull.max(fastest) <= 0.25 * f64::EPSILON * self.settings.diameter;
-            if rests || near as f64 * frequency >= 1.0 {
-                distance = if rests { fastest } else { distance };
+            let is_settled = iteration as f64 * frequency >= SETTLED && near as f64 * frequency >= 1.0;
+            if rests && distance > settings.tolerance {
+                break;
+            }
+            if rests || is_settled {
                 potentials.iter_mut().for_each(|p| p.prepare(x));
                 potentials.iter_mut().for_each(|p| p.restart(x));
                 let residual = largest / (stiffest * self.settings.diameter);
                 return Ok(Solved { iterations: iteration, increment: distance, residual, negative_pivots: 0, stability: None });
             }
         }
-        Err(Failure::NotRelaxed { iterations: settings.max_iterations, distance })
+        Err(Failure::NotRelaxed { iterations: done, distance })
     }
 
     /// A quarter of the sum of the absolute entries of each row of the matrix, with the margin; rows without any take the largest.

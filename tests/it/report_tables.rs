@@ -76,6 +76,18 @@ fn orders_compare_runs_of_one_kind() {
 }
 
 #[test]
+fn orders_of_steps_are_by_the_step() {
+    let of = |method, step, error| LadderRow { method: Some(method), step: Some(step), ..row("free-tan", 1e-3, 100, Some(error)) };
+    let mut rows = [of("bdf2", 0.1, 0.16), of("implicit-euler", 0.1, 0.16), of("bdf2", 0.05, 0.04), of("implicit-euler", 0.05, 0.08)];
+    ladder::orders(&mut rows);
+    let orders: Vec<_> = rows.iter().map(|r| r.order.map(|o| (o * 1e9).round() / 1e9)).collect();
+    assert_eq!(orders, [None, None, Some(2.0), Some(1.0)]);
+    let markdown = ladder::to_markdown(&rows);
+    assert!(markdown.contains("| step [s] |") && markdown.contains("| implicit-euler |"), "{markdown}");
+    assert!(rows[2].kind().ends_with("bdf2, steps of 0.05 s"), "{}", rows[2].kind());
+}
+
+#[test]
 fn ladder_has_exactly_these_keys() {
     let mut failed = row("average", 1e-3, 400, None);
     failed.failure = Some("no | convergence\nat step 3".into());

@@ -123,10 +123,10 @@ fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
         positive(&format!("{key}.{i}"), factor, "1")?;
         require(&format!("{key}.{i}"), i == 0 || ladder.resolutions[i - 1] < factor, "must be larger than the one before")?;
         let doublings = (factor / ladder.resolutions[0]).log2();
-        let splits = ladder.refinement == Refinement::Anew || (doublings - doublings.round()).abs() < 1e-9;
+        let splits = ladder.refinement != Refinement::Split || (doublings - doublings.round()).abs() < 1e-9;
         require(&format!("{key}.{i}"), splits, "must be the first times 2, 4, 8, ..., since meshes are split")?;
     }
-    if matches!(scene.mesh, MeshTable::File(_)) {
+    if matches!(scene.mesh, MeshTable::File(_)) && ladder.refinement != Refinement::Steps {
         require(&format!("{key}.0"), ladder.resolutions[0] == 1.0, "must be 1, since the mesh is a file's")?;
         let splits = ladder.refinement == Refinement::Split || ladder.resolutions.len() == 1;
         require("report.ladder.refinement", splits, "must be \"split\", since the mesh is a file's")?;
@@ -146,8 +146,37 @@ fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
     for (i, value) in ladder.samplings.iter().enumerate() {
         require(&format!("report.ladder.samplings.{i}"), !ladder.samplings[..i].contains(value), "comes twice")?;
     }
+    ways(ladder, scene)?;
     for (i, table) in ladder.expectations.iter().enumerate() {
         ladder_expectation(&format!("report.ladder.expect.{i}"), table, ladder, scene)?;
+    }
+    Ok(())
+}
+
+/// Steps, integrators and methods of a ladder.
+fn ways(ladder: &Ladder, scene: &Scene) -> Check {
+    let steps = ladder.refinement == Refinement::Steps;
+    require("report.ladder.refinement", !steps || scene.dynamics.is_some(), "`steps` needs [dynamics], whose `dt` it divides")?;
+    if let Some(dynamics) = scene.dynamics.as_ref().filter(|_| steps) {
+        require("report.ladder.refinement", dynamics.adaptive.is_none(), "`steps` needs steps of one size, without `dynamics.adaptive`")?;
+        for (i, factor) in ladder.resolutions.iter().enumerate() {
+            let count = scene.end() / dynamics.dt * factor;
+            let message = format!("makes {count:e} steps to the end, must be at most {MOST_STEPS:e}");
+            require(&format!("report.ladder.resolutions.{i}"), count <= MOST_STEPS, message)?;
+        }
+    }
+    let key = "report.ladder.integrators";
+    require(key, ladder.integrators.is_empty() || scene.dynamics.is_some(), "needs [dynamics]")?;
+    for (i, value) in ladder.integrators.iter().enumerate() {
+        require(&format!("{key}.{i}"), !ladder.integrators[..i].contains(value), "comes twice")?;
+    }
+    let key = "report.ladder.methods";
+    require(key, ladder.methods.is_empty() || scene.statics.is_some(), "needs [statics]")?;
+    for (i, value) in ladder.methods.iter().enumerate() {
+        require(&format!("{key}.{i}"), !ladder.methods[..i].contains(value), "comes twice")?;
+        let plain = scene.statics.as_ref().is_some_and(|s| !s.stable && s.arc_length.is_none() && s.adaptive.is_none());
+        let goes = *value == Method::Newton || plain;
+        require(&format!("{key}.{i}"), goes, "goes without `stable`, [statics.arc-length] and [statics.adaptive]")?;
     }
     Ok(())
 }
@@ -169,6 +198,9 @@ fn ladder_expectation(key: &str, table: &LadderExpectation, ladder: &Ladder, sce
     let mesh = table.mesh.as_ref().is_none_or(|name| ladder.meshes.iter().any(|mesh| mesh.name == *name));
     require(&format!("{key}.mesh"), mesh, "is not among those of the ladder")?;
     require(&format!("{key}.sampling"), table.sampling.is_none_or(|s| ladder.samplings.contains(&s)), "is not among those of the ladder")?;
+    let there = table.integrator.is_none_or(|i| ladder.integrators.contains(&i));
+    require(&format!("{key}.integrator"), there, "is not among those of the ladder")?;
+    require(&format!("{key}.method"), table.method.is_none_or(|m| ladder.methods.contains(&m)), "is not among those of the ladder")?;
     let some = table.least_order.is_some() || table.largest_error.is_some() || !table.meets.is_empty();
     require(key, some, "must give `least_order`, `largest_error` or `meets`")?;
     for (i, name) in table.meets.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! `report --ladder`: error against run time over resolutions, meshes, elements, directors, thicknesses and samplings.
+//! `report --ladder`: error against run time over resolutions, meshes, elements, directors, thicknesses, samplings and integrators, or over steps.
 
 use super::super::Job;
 use super::case::attempt;
@@ -7,7 +7,8 @@ use crate::case::atomic;
 use crate::error::{Error, Result};
 use crate::report::{DenseProduct, LadderRow, ladder as table};
 use crate::scene::{
-    Director, Element, Expectation, Ladder, LadderExpectation, LadderMesh, MeshTable, Refine, Refinement, Rest, Sampling, Scene,
+    Director, Element, Expectation, Integrator, Ladder, LadderExpectation, LadderMesh, MeshTable, Method, Refine, Refinement, Rest,
+    Sampling, Scene,
 };
 use std::path::Path;
 
@@ -19,6 +20,8 @@ struct Variant<'a> {
     mesh: Option<&'a LadderMesh>,
     sampling: Option<Sampling>,
     thickness: f64,
+    integrator: Option<Integrator>,
+    method: Option<Method>,
 }
 
 /// Runs the scene at every combination that its `[report.ladder]` lists, in folders of their own that do not stay, and tabulates error
@@ -52,7 +55,7 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
     for (row, variant) in finest.zip(variants(job, ladder)) {
         let order = match ladder.refinement {
             Refinement::Anew => row.fitted_order,
-            Refinement::Split => row.order,
+            Refinement::Split | Refinement::Steps => row.order,
         };
         for expected in ladder.expectations.iter().filter(|e| variant.is_meant_by(e)) {
             row.expect(order, expected.least_order, expected.largest_error, &expected.source);
@@ -72,6 +75,8 @@ fn variants<'a>(job: &Job, ladder: &'a Ladder) -> Vec<Variant<'a>> {
     }
     let shell = &job.scene.shell;
     let mut variants = Vec::new();
+    let integrators = ladder.integrators.iter().map(|integrator| (Some(*integrator), None));
+    let ways: Vec<_> = or(&integrators.chain(ladder.methods.iter().map(|method| (None, Some(*method)))).collect::<Vec<_>>(), (None, None));
     let elements = or(&ladder.elements, shell.element);
     let directors = or(&ladder.directors, shell.director);
     let pairs = elements.iter().flat_map(|e| directors.iter().map(move |d| (*e, *d)));
@@ -79,7 +84,9 @@ fn variants<'a>(job: &Job, ladder: &'a Ladder) -> Vec<Variant<'a>> {
         for mesh in or(&ladder.meshes.iter().map(Some).collect::<Vec<_>>(), None) {
             for sampling in or(&ladder.samplings.iter().copied().map(Some).collect::<Vec<_>>(), None) {
                 for thickness in or(&ladder.thicknesses, shell.thickness) {
-                    variants.push(Variant { element, director, mesh, sampling, thickness });
+                    for (integrator, method) in &ways {
+                        variants.push(Variant { element, director, mesh, sampling, thickness, integrator: *integrator, method: *method });
+                    }
                 }
             }
         }
@@ -94,6 +101,8 @@ impl Variant<'_> {
             && expected.mesh.as_ref().is_none_or(|name| self.mesh.is_some_and(|mesh| mesh.name == *name))
             && expected.sampling.is_none_or(|sampling| Some(sampling) == self.sampling)
             && expected.thickness.is_none_or(|thickness| thickness == self.thickness)
+            && expected.integrator.is_none_or(|integrator| Some(integrator) == self.integrator)
+            && expected.method.is_none_or(|method| Some(method) == self.method)
     }
 }
 
@@ -104,7 +113,14 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64, met: &[&E
     if let Some(sampling) = variant.sampling {
         scene.rest.get_or_insert_with(Rest::default).sampling = sampling;
     }
+    if let (Some(dynamics), Some(integrator)) = (&mut scene.dynamics, variant.integrator) {
+        dynamics.integrator = integrator;
+    }
+    if let (Some(statics), Some(method)) = (&mut scene.statics, variant.method) {
+        statics.method = method;
+    }
     refine(&mut scene, ladder, variant.mesh, resolution);
+    let step = scene.dynamics.as_ref().filter(|_| ladder.refinement == Refinement::Steps).map(|dynamics| dynamics.dt);
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
     let measures: Vec<_> = {
         let own = (&ladder.measure, Spot::new(None, ladder.limit_point, None));
@@ -134,6 +150,8 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64, met: &[&E
         mesh: variant.mesh.map_or_else(|| "own".to_owned(), |m| m.name.clone()),
         thickness: variant.thickness,
         sampling: variant.sampling.map(Sampling::name),
+        method: variant.integrator.map(Integrator::name).or(variant.method.map(Method::name)),
+        step,
         faces: trial.cost.faces,
         longest_edge: trial.longest_edge,
         dofs: trial.cost.dofs,
@@ -146,7 +164,7 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64, met: &[&E
     })
 }
 
-/// Gives the scene its mesh in another variant and at a resolution.
+/// Gives the scene its mesh in another variant, and the mesh or the steps a resolution.
 fn refine(scene: &mut Scene, ladder: &Ladder, variant: Option<&LadderMesh>, resolution: f64) {
     let first = ladder.resolutions[0];
     match ladder.refinement {
@@ -157,6 +175,10 @@ fn refine(scene: &mut Scene, ladder: &Ladder, variant: Option<&LadderMesh>, reso
             if times > 0 {
                 scene.refine.get_or_insert(Refine { times: 0 }).times += times;
             }
+        }
+        Refinement::Steps => {
+            vary_mesh(&mut scene.mesh, variant, 1.0);
+            scene.dynamics.iter_mut().for_each(|dynamics| dynamics.dt /= resolution);
         }
     }
 }
