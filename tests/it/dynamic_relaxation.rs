@@ -71,11 +71,11 @@ fn nothing_to_do_takes_one_iteration() {
 #[test]
 fn small_load_steps_are_not_taken_for_equilibria() {
     // At once after a step of the load its end alone moves, much faster than the strip as a whole will.
-    let scene = "[mesh.rectangle]\nsize = [1.0, 0.1]\ncells = [5, 1]\n[[region]]\nname = \"tip\"\nnearest = [1, 0, 0]\n[shell]\nthickness = 0.01\n\
-                 youngs_modulus = 1e6\npoissons_ratio = 0\n[[force]]\nregion = \"tip\"\nforce = [0, 0, 0.02]\n[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n";
-    let newton = run(&format!("{scene}[statics]\nsteps = 30\n"));
-    let relaxed = run(&format!("{scene}[statics]\nsteps = 30\nmethod = \"dynamic-relaxation\"\n"));
+    let scene = "[mesh.rectangle]\nsize = [1.0, 0.1]\ncells = [4, 1]\n[[region]]\nname = \"tip\"\nnearest = [1, 0, 0]\n[shell]\nthickness = 4e-3\n\
+                 youngs_modulus = 1e6\npoissons_ratio = 0\n[[force]]\nregion = \"tip\"\nforce = [0, 0, 1.3e-3]\n[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n";
+    let newton = run(&format!("{scene}[statics]\nsteps = 8\n"));
+    let relaxed = run(&format!("{scene}[statics]\nsteps = 8\nmethod = \"dynamic-relaxation\"\nrelaxation = {{ tolerance = 1e-6 }}\n"));
     let moved = newton.end.iter().zip(&newton.mesh.vertices).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
     let distance = distance(&newton, &relaxed);
-    assert!(moved > 0.3 && distance < 1e-5 * moved, "{distance:e} of {moved:e}");
+    assert!(moved > 0.3 && distance < 1e-4 * moved, "{distance:e} of {moved:e}");
 }
