@@ -256,12 +256,6 @@ impl Model for GridModel {
         self.try_advance(dt, time).inspect_err(|_| (self.x, self.v) = (x, v))
     }
 
-    fn set_descends(&mut self, descends: bool) {
-        if let Some(newton) = &mut self.newton {
-            newton.set_descends(descends);
-        }
-    }
-
     fn step(&self) -> u64 {
         self.step
     }

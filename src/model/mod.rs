@@ -45,9 +45,6 @@ pub trait Model {
         0.0
     }
 
-    /// Whether a step goes on by descent from now on where the iteration does not contract, as at first; else it has failed.
-    fn set_descends(&mut self, _descends: bool) {}
-
     /// Accepted steps.
     fn step(&self) -> u64;
 

@@ -146,10 +146,6 @@ impl Model for ShellModel {
         self.heading.as_ref().map_or(0.0, |heading| self.newton.path_length(heading))
     }
 
-    fn set_descends(&mut self, descends: bool) {
-        self.newton.set_descends(descends);
-    }
-
     fn energies(&self) -> Vec<(&'static str, f64)> {
         ShellModel::energies(self)
     }

@@ -179,7 +179,8 @@ pub struct Solver {
     pub tolerance: f64,
     /// Newton iterations before the fallback takes over, 1 to 1000.
     pub max_iterations: usize,
-    /// Times that one step may be halved, 0 to 40, before the run gives up.
+    /// Times that one step may be halved, 0 to 40, before the run gives up; it also does when so many steps have failed for each nominal step that
+    /// it has come, and four times as many.
     pub max_halvings: usize,
 }
 

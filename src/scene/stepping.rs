@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Steps that grow and shrink with the iterations of the last: by the root of those desired over those taken, at most twofold. The first is one
-/// of `steps`. A step that fails is halved; descent on the energy is tried only where an eighth
-/// of the first does not help, as at a limit point.
+/// of `steps`. A step that fails is halved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Adaptive {

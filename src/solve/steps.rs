@@ -1,5 +1,6 @@
 //! Step sizes: nominal where all goes well, after the iterations of the last step ([`Adaptive`]), or as large as an estimated error allows
-//! ([`ErrorControl`]); halved after a failure, cut to land on output times. Errors are estimated elsewhere.
+//! ([`ErrorControl`]); halved after a failure, cut to land on output times. Errors are estimated elsewhere. A run in which steps fail again and
+//! again, each time they have grown, ends: the failures that it may have grow with the nominal steps that it has come.
 
 use super::arc_length::growth;
 
@@ -30,6 +31,9 @@ impl ErrorControl {
     }
 }
 
+/// Nominal steps whose failures a run may have at one place, as where a shell snaps.
+const SPARE: f64 = 4.0;
+
 /// Chooses step sizes between the start and the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepControl {
@@ -45,6 +49,8 @@ pub struct StepControl {
     pub dt: f64,
     /// Steps since the last failure or growth; part of the state.
     pub successes: u32,
+    /// Steps that failed since the start; part of the state.
+    pub failures: u32,
     /// Where steps follow the iterations of the last; none where they are the nominal ones but after failures.
     pub adaptive: Option<Adaptive>,
     /// Whether the rest of less than two steps to an output time is taken in two equal ones, as methods that remember the steps before want it.
@@ -78,7 +84,18 @@ pub struct StepPlan {
 impl StepControl {
     /// Starts with the nominal step.
     pub fn new(nominal: f64, end: f64, interval: Option<f64>, max_halvings: u32) -> Self {
-        StepControl { nominal, end, interval, max_halvings, dt: nominal, successes: 0, adaptive: None, is_even: false, by_error: None }
+        StepControl {
+            nominal,
+            end,
+            interval,
+            max_halvings,
+            dt: nominal,
+            successes: 0,
+            failures: 0,
+            adaptive: None,
+            is_even: false,
+            by_error: None,
+        }
     }
 
     /// The step from `time`, or none at the end.
@@ -126,11 +143,20 @@ impl StepControl {
         }
     }
 
-    /// After a step of size `tried` that failed: half of it. False when that is more than `max_halvings` below the nominal.
-    pub fn fail(&mut self, tried: f64) -> bool {
+    /// After a step of size `tried` from time `from` that failed: half of it. False when that is more than `max_halvings` below the nominal, and
+    /// when too many have failed.
+    pub fn fail(&mut self, tried: f64, from: f64) -> bool {
         self.dt = 0.5 * tried.min(self.dt);
         self.successes = 0;
-        self.is_large_enough()
+        self.failures += 1;
+        self.is_large_enough() && f64::from(self.failures) <= self.most_failures(from)
+    }
+
+    /// Steps that may fail until `time`: as often as one may be halved for each nominal step, and [`SPARE`] times that wherever they are.
+    pub fn most_failures(&self, time: f64) -> f64 {
+        let shortest = self.adaptive.and_then(|adaptive| adaptive.shortest);
+        let halvings = shortest.map_or(f64::from(self.max_halvings), |shortest| (self.nominal / shortest).log2().ceil());
+        halvings * (SPARE + (time / self.nominal).floor())
     }
 
     /// After a step of size `tried` that had `error` times the error that is allowed: a smaller one. False when that is smaller than the
@@ -171,14 +197,45 @@ mod tests {
     #[test]
     fn halves_and_recovers() {
         let mut control = StepControl::new(1.0, 100.0, None, 2);
-        assert!(control.fail(1.0) && control.fail(0.5));
+        assert!(control.fail(1.0, 0.0) && control.fail(0.5, 0.0));
         assert_eq!(control.dt, 0.25);
-        assert!(!control.fail(0.25));
+        assert!(!control.fail(0.25, 0.0));
         control.dt = 0.25;
         for _ in 0..4 {
             control.succeed(control.dt, 5, None);
         }
         assert_eq!(control.dt, 1.0);
+    }
+
+    /// Steps longer than `longest` fail, so that each time they have grown they are halved again.
+    fn goes_on(mut control: StepControl, longest: f64) -> (f64, u32) {
+        let mut time = 0.0;
+        while let Some(plan) = control.plan(time) {
+            if plan.dt <= longest {
+                time = plan.time;
+                control.succeed(plan.dt, 5, None);
+            } else if !control.fail(plan.dt, time) {
+                break;
+            }
+        }
+        (time, control.failures)
+    }
+
+    #[test]
+    fn a_run_that_goes_on_halving_ends() {
+        for end in [1.0, 10.0, 1000.0] {
+            let control = StepControl::new(1.0, end, None, 12);
+            // A few halvings now and then are no reason to end.
+            assert_eq!(goes_on(control, 0.3).0, end);
+            // A thousandth of the nominal step is as much as goes, all the time.
+            let (time, failures) = goes_on(control, 1e-3);
+            assert!(time < 0.3 && failures == 12 * 4 + 1, "{time} {failures}");
+        }
+        // A shortest step says how often one may be halved.
+        let adaptive = Some(Adaptive { iterations: 6.0, shortest: Some(1e-3), longest: 1.0 });
+        let control = StepControl { adaptive, ..StepControl::new(1.0, 100.0, None, 0) };
+        assert_eq!(control.most_failures(2.5), 10.0 * 6.0);
+        assert_eq!(goes_on(control, 0.3).0, 100.0);
     }
 
     #[test]
@@ -201,7 +258,7 @@ mod tests {
             control.succeed(control.dt, 2, None);
         }
         assert_eq!(control.dt, 0.3);
-        assert!(control.fail(0.04) && !control.fail(0.02));
+        assert!(control.fail(0.04, 0.0) && !control.fail(0.02, 0.0));
     }
 
     #[test]

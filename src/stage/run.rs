@@ -149,7 +149,7 @@ pub fn run(job: &Job, options: &Options) -> Result<()> {
             }
             Err(failure) => {
                 bar.abandon();
-                return Err(give_up(failure, &job.moment(from), &folder, model.step()));
+                return Err(give_up(failure, &job.moment(from), &stepping.end(from), &folder, model.step()));
             }
         }
     }
@@ -337,12 +337,12 @@ fn place(verb: &str, job: &Job, model: &dyn Model, folder: &Folder) -> String {
     format!("{verb} {} after {} steps: {}", job.moment(model.time()), model.step(), folder.path(model.step()).display())
 }
 
-/// The error of a step that no halving mends.
-fn give_up(failure: StepFailure, from: &str, folder: &Folder, step: u64) -> Error {
+/// The error of a step that no halving mends. `how`: why it is not halved once more.
+fn give_up(failure: StepFailure, from: &str, how: &str, folder: &Folder, step: u64) -> Error {
     let kept = format!("the last good state is in {}", folder.path(step).display());
     match failure {
         StepFailure::Equations(reason) => Error::Numerical {
-            message: format!("the step from {from} failed at its smallest size: {reason}"),
+            message: format!("the step from {from} {how}: {reason}"),
             help: Some(format!(
                 "more load steps (statics.steps) or a smaller step (dynamics.dt), viscosity, or a look at the last state may help; {kept}"
             )),

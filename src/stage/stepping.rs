@@ -8,9 +8,6 @@ use crate::scene::{Integrator, Scene};
 use crate::snapshot::Snapshot;
 use crate::solve::{Adaptive, ArcControl, ErrorControl, Reach, StepControl, StepPlan};
 
-/// Length over the first of an adaptive step that may go on by descent.
-const SHORT: f64 = 0.125;
-
 /// Chooses steps and takes them.
 pub struct Stepping {
     /// Steps of time or of the load factor.
@@ -128,8 +125,6 @@ impl Stepping {
                 Ok((report, model.time() - from, true))
             }
             (Plan::Ahead(plan), _) => {
-                // A shorter step costs less than descent, but at a limit point none is short enough.
-                model.set_descends(self.control.adaptive.is_none() || plan.dt <= SHORT * self.control.nominal);
                 let report = model.advance(plan.dt, plan.time)?;
                 self.control.succeed(plan.dt, report.solved.iterations, report.error);
                 Ok((report, plan.dt, plan.lands || self.keeps_all))
@@ -138,10 +133,10 @@ impl Stepping {
         }
     }
 
-    /// After a step that failed: a smaller one. False when that is too small.
+    /// After a step that failed: a smaller one. False when that is too small, and when too many have failed.
     pub fn fail(&mut self, plan: &Plan, from: f64) -> bool {
         match (plan, &mut self.path) {
-            (Plan::Ahead(plan), _) => self.control.fail(plan.dt) && from + self.control.dt > from,
+            (Plan::Ahead(plan), _) => self.control.fail(plan.dt, from) && from + self.control.dt > from,
             (Plan::Along(_), path) => path.as_mut().is_some_and(|path| path.control.fail()),
         }
     }
@@ -150,6 +145,16 @@ impl Stepping {
     pub fn reject(&mut self, plan: &Plan, error: f64, from: f64) -> bool {
         let Plan::Ahead(plan) = plan else { return false };
         self.control.reject(plan.dt, error) && from + self.control.dt > from
+    }
+
+    /// Why a run ends after a step from `time` that failed, in words.
+    pub fn end(&self, time: f64) -> String {
+        let (failures, most) = (self.control.failures, self.control.most_failures(time));
+        if self.path.is_none() && f64::from(failures) > most {
+            format!("failed, and with it {failures} steps so far, where a run that has come so far may have {most}")
+        } else {
+            "failed at its smallest size".into()
+        }
     }
 
     /// The next step in words, after one that failed.
@@ -177,6 +182,9 @@ impl Stepping {
         let mut put = |name: &str, value: f64| snapshot.numbers.push((name.into(), value));
         let Some(path) = &self.path else {
             put("successes", f64::from(self.control.successes));
+            if self.control.failures > 0 {
+                put("failures", f64::from(self.control.failures));
+            }
             if let Some(by_error) = self.control.by_error {
                 put("local_error", by_error.error);
             }
@@ -193,6 +201,7 @@ impl Stepping {
     pub fn take(&mut self, snapshot: &Snapshot) {
         self.control.dt = snapshot.dt;
         self.control.successes = snapshot.number("successes").unwrap_or(0.0) as u32;
+        self.control.failures = snapshot.number("failures").unwrap_or(0.0) as u32;
         if let (Some(by_error), Some(error)) = (&mut self.control.by_error, snapshot.number("local_error")) {
             by_error.error = error;
         }

@@ -192,3 +192,23 @@ fn folders_that_cannot_be_written() {
     let output = sandbox.command(&["schema"]).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
 }
+
+/// Steps that fail each time they have grown again are an error before all of the way has been gone so; a run that is resumed counts those before.
+#[test]
+fn a_run_that_goes_on_halving_ends_in_an_error() {
+    let scene = "[mesh.rectangle]\nsize = [0.1, 0.02]\ncells = [4, 1]\n[shell]\nthickness = 1e-3\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\n\
+         [rest.pullback]\nbbar = [\"PI / 0.1\", 0, 0]\n[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n[statics]\nsteps = 2\n\
+         [solver]\nmax_iterations = 1\n";
+    let whole = Sandbox::new(scene).prepared();
+    let message = whole.fails(3, &["run", "scene.toml"]);
+    assert!(message.contains("failed, and with it 49 steps so far, where a run that has come so far may have 48: "), "{message}");
+    assert!(message.contains("did not contract") && message.contains(&whole.newest().0), "{message}");
+    let parts = Sandbox::new(scene).prepared();
+    for piece in ["1", "7"] {
+        parts.ok(&["run", "scene.toml", "--stop-after", piece]);
+    }
+    assert!(parts.fails(3, &["run", "scene.toml"]).contains("and with it 49 steps so far"));
+    assert_eq!(whole.history(), parts.history());
+    // A little more work for each step, and all of the way is gone.
+    whole.ok(&["run", "scene.toml", "--restart", "--set", "solver.max_iterations=2"]);
+}
