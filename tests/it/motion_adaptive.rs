@@ -62,10 +62,18 @@ fn resumes(scene: &str, pieces: &[u64]) -> BTreeSet<String> {
 
 #[test]
 fn every_integrator_resumes_and_keeps_what_it_needs() {
-    let lagged = ["previous_position", "previous_velocity", "acceleration", "previous_director", "previous_forms", "forms_before_previous"];
+    let lagged = [
+        "previous_position",
+        "previous_velocity",
+        "acceleration",
+        "previous_acceleration",
+        "previous_director",
+        "previous_forms",
+        "forms_before_previous",
+    ];
     for (integrator, kept) in INTEGRATORS.iter().zip([
         &["previous_position", "previous_velocity"][..],
-        &["acceleration", "previous_director"],
+        &["acceleration", "previous_acceleration", "previous_director"],
         &["previous_director"],
         &[],
     ]) {
