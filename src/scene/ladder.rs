@@ -91,6 +91,9 @@ pub struct LadderExpectation {
     /// Largest error that passes, in the measure's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_error: Option<f64>,
+    /// Resolutions beyond those of the ladder that its kinds are run at too, ascending; the last is then their finest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<f64>,
     /// Names of `[[report.expect]]` that must be met as well.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meets: Vec<String>,

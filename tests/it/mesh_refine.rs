@@ -327,8 +327,21 @@ fn files_have_ladders() {
     assert!(message.contains("expectations of the ladder missed: 2"), "{message}");
     let rows = report(&sandbox, "ladder.json");
     assert!(rows[2]["missed"][0].as_str().unwrap().starts_with("length 0.3") && rows[1].get("missed").is_none(), "{rows}");
+    // A finer run for what an expectation is about, of which it is expected then.
+    let expect = "[[report.ladder.expect]]\nelement = \"linear\"\nlargest_error = 1e-9\nfurther = [8]\nsource = \"exact\"\n";
+    let text = with(&text, "resolutions = [1, 2, 4]", "resolutions = [1, 4]") + expect;
+    sandbox.rewrite(&with(&text, "reference = 0.3\ntolerance", "reference = 0.4\ntolerance"));
+    let message = sandbox.fails(1, &["report", "--ladder", "scene.toml", "-q"]);
+    assert!(message.contains("expectations of the ladder missed: 2"), "{message}");
+    let rows = report(&sandbox, "ladder.json");
+    let faces: Vec<_> = rows.as_array().unwrap().iter().map(|row| row["faces"].as_u64().unwrap()).collect();
+    assert_eq!(faces, [12, 192, 768, 12, 192]);
+    let missed: Vec<_> = (0..5).filter(|i| rows[*i].get("missed").is_some()).collect();
+    assert_eq!(missed, [2, 4]);
     for (from, to, expected) in [
-        ("resolutions = [1, 2, 4]", "resolutions = [2, 4]", "report.ladder.resolutions.0 = 2: must be 1, since the mesh is a file's"),
+        ("further = [8]", "further = [6]", "report.ladder.expect.1.further.0 = 6: must be the first times 2, 4, 8, ..."),
+        ("further = [8]", "further = [4]", "report.ladder.expect.1.further.0 = 4: must be larger than the one before"),
+        ("resolutions = [1, 4]", "resolutions = [2, 4]", "report.ladder.resolutions.0 = 2: must be 1, since the mesh is a file's"),
         ("refinement = \"split\"\n", "", "report.ladder.refinement: must be \"split\", since the mesh is a file's"),
     ] {
         sandbox.rewrite(&with(&text, from, to));

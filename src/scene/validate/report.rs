@@ -119,13 +119,7 @@ fn ladder(ladder: &Ladder, scene: &Scene) -> Check {
     finite("report.ladder.reference", &[ladder.reference], "unit of the measure")?;
     let key = "report.ladder.resolutions";
     require(key, !ladder.resolutions.is_empty(), "must not be empty")?;
-    for (i, &factor) in ladder.resolutions.iter().enumerate() {
-        positive(&format!("{key}.{i}"), factor, "1")?;
-        require(&format!("{key}.{i}"), i == 0 || ladder.resolutions[i - 1] < factor, "must be larger than the one before")?;
-        let doublings = (factor / ladder.resolutions[0]).log2();
-        let splits = ladder.refinement != Refinement::Split || (doublings - doublings.round()).abs() < 1e-9;
-        require(&format!("{key}.{i}"), splits, "must be the first times 2, 4, 8, ..., since meshes are split")?;
-    }
+    resolutions(key, &ladder.resolutions, None, ladder, scene)?;
     if matches!(scene.mesh, MeshTable::File(_)) && ladder.refinement != Refinement::Steps {
         require(&format!("{key}.0"), ladder.resolutions[0] == 1.0, "must be 1, since the mesh is a file's")?;
         let splits = ladder.refinement == Refinement::Split || ladder.resolutions.len() == 1;
@@ -159,11 +153,6 @@ fn ways(ladder: &Ladder, scene: &Scene) -> Check {
     require("report.ladder.refinement", !steps || scene.dynamics.is_some(), "`steps` needs [dynamics], whose `dt` it divides")?;
     if let Some(dynamics) = scene.dynamics.as_ref().filter(|_| steps) {
         require("report.ladder.refinement", dynamics.adaptive.is_none(), "`steps` needs steps of one size, without `dynamics.adaptive`")?;
-        for (i, factor) in ladder.resolutions.iter().enumerate() {
-            let count = scene.end() / dynamics.dt * factor;
-            let message = format!("makes {count:e} steps to the end, must be at most {MOST_STEPS:e}");
-            require(&format!("report.ladder.resolutions.{i}"), count <= MOST_STEPS, message)?;
-        }
     }
     let key = "report.ladder.integrators";
     require(key, ladder.integrators.is_empty() || scene.dynamics.is_some(), "needs [dynamics]")?;
@@ -177,6 +166,23 @@ fn ways(ladder: &Ladder, scene: &Scene) -> Check {
         let plain = scene.statics.as_ref().is_some_and(|s| !s.stable && s.arc_length.is_none() && s.adaptive.is_none());
         let goes = *value == Method::Newton || plain;
         require(&format!("{key}.{i}"), goes, "goes without `stable`, [statics.arc-length] and [statics.adaptive]")?;
+    }
+    Ok(())
+}
+
+/// Factors that ascend, the first from the one `before`, and that splitting comes to, or that make no more steps than a run may have.
+fn resolutions(key: &str, factors: &[f64], before: Option<f64>, ladder: &Ladder, scene: &Scene) -> Check {
+    let dynamics = scene.dynamics.as_ref().filter(|_| ladder.refinement == Refinement::Steps);
+    for (i, &factor) in factors.iter().enumerate() {
+        let key = format!("{key}.{i}");
+        positive(&key, factor, "1")?;
+        let before = i.checked_sub(1).map(|i| factors[i]).or(before);
+        require(&key, before.is_none_or(|before| before < factor), "must be larger than the one before")?;
+        let doublings = (factor / ladder.resolutions[0]).log2();
+        let splits = ladder.refinement != Refinement::Split || (doublings - doublings.round()).abs() < 1e-9;
+        require(&key, splits, "must be the first times 2, 4, 8, ..., since meshes are split")?;
+        let count = dynamics.map_or(0.0, |dynamics| scene.end() / dynamics.dt * factor);
+        require(&key, count <= MOST_STEPS, format!("makes {count:e} steps to the end, must be at most {MOST_STEPS:e}"))?;
     }
     Ok(())
 }
@@ -208,7 +214,11 @@ fn ladder_expectation(key: &str, table: &LadderExpectation, ladder: &Ladder, sce
         require(&format!("{key}.meets.{i}"), known, "is the name of no [[report.expect]]")?;
     }
     finite(&format!("{key}.least_order"), table.least_order.as_slice(), "1")?;
-    let pairs = table.least_order.is_none() || ladder.resolutions.len() > 1;
+    let further = format!("{key}.further");
+    resolutions(&further, &table.further, ladder.resolutions.last().copied(), ladder, scene)?;
+    let finer = !matches!(scene.mesh, MeshTable::File(_)) || ladder.refinement != Refinement::Anew || table.further.is_empty();
+    require(&further, finer, "needs `refinement = \"split\"`, since the mesh is a file's")?;
+    let pairs = table.least_order.is_none() || ladder.resolutions.len() + table.further.len() > 1;
     require(&format!("{key}.least_order"), pairs, "needs two resolutions to compare")?;
     if let Some(error) = table.largest_error {
         tolerance(&format!("{key}.largest_error"), error, "unit of the measure")?;

@@ -35,29 +35,32 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
         return Err(Error::input("report.ladder", format!("{} has no such table", job.scene_file.display())));
     };
     let mut rows = Vec::new();
+    // Variants with the places of their finest runs.
+    let mut finest = Vec::new();
     let mut machine = DenseProduct::default();
     for variant in variants(job, ladder) {
-        let meets: Vec<&String> = ladder.expectations.iter().filter(|e| variant.is_meant_by(e)).flat_map(|e| &e.meets).collect();
+        let meets: Vec<&String> = variant.expectations(ladder).flat_map(|e| &e.meets).collect();
         let met: Vec<&Expectation> = report.expectations.iter().filter(|e| meets.contains(&&e.name)).collect();
-        for resolution in &ladder.resolutions {
+        let resolutions = variant.resolutions(ladder);
+        for resolution in &resolutions {
             machine.round();
-            let is_finest = ladder.resolutions.last() == Some(resolution);
+            let is_finest = resolutions.last() == Some(resolution);
             let row = run(job, ladder, &variant, *resolution, if is_finest { &met } else { &[] })?;
             let error = row.error.map_or("none".to_owned(), |e| format!("{e:.3e}"));
             log::info!("{}, {} faces: error {error}", row.kind(), row.faces);
             rows.push(row);
         }
+        finest.push((variant, rows.len() - 1));
     }
     rows.iter_mut().for_each(|row| row.gflop = 1e-9 * machine.rate() * row.wall_s);
     table::orders(&mut rows);
-    // The finest run of a variant is its last.
-    let finest = rows.chunks_exact_mut(ladder.resolutions.len().max(1)).filter_map(|rows| rows.last_mut());
-    for (row, variant) in finest.zip(variants(job, ladder)) {
+    for (variant, place) in finest {
+        let row = &mut rows[place];
         let order = match ladder.refinement {
             Refinement::Anew => row.fitted_order,
             Refinement::Split | Refinement::Steps => row.order,
         };
-        for expected in ladder.expectations.iter().filter(|e| variant.is_meant_by(e)) {
+        for expected in variant.expectations(ladder) {
             row.expect(order, expected.least_order, expected.largest_error, &expected.source);
         }
     }
@@ -95,6 +98,19 @@ fn variants<'a>(job: &Job, ladder: &'a Ladder) -> Vec<Variant<'a>> {
 }
 
 impl Variant<'_> {
+    fn expectations<'a>(&'a self, ladder: &'a Ladder) -> impl Iterator<Item = &'a LadderExpectation> {
+        ladder.expectations.iter().filter(|e| self.is_meant_by(e))
+    }
+
+    /// Those of the ladder and what its expectations add to them, ascending.
+    fn resolutions(&self, ladder: &Ladder) -> Vec<f64> {
+        let further = self.expectations(ladder).flat_map(|e| &e.further);
+        let mut all: Vec<f64> = ladder.resolutions.iter().chain(further).copied().collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+
     fn is_meant_by(&self, expected: &LadderExpectation) -> bool {
         expected.element.is_none_or(|element| element == self.element)
             && expected.director.is_none_or(|director| director == self.director)
