@@ -1,8 +1,8 @@
 //! Each growth law against its formula, for both elements, and products of laws.
 
 use crate::physics_case::{matrix, set_up};
-use nalgebra::{Matrix2, Vector3};
-use thinshell::mesh::Mesh;
+use nalgebra::{Matrix2, Vector2, Vector3};
+use thinshell::mesh::{Mesh, Topology};
 use thinshell::shell::rest::Forms;
 
 const H: f64 = 0.02;
@@ -100,6 +100,40 @@ fn orthotropic() {
             assert_close(g.a, i.a.map(|a| 1.5625 * a), 1e-12, element);
         }
     }
+}
+
+/// Growth along and across the radii of a ring of a few long and curved faces: at the Gauss points of each edge the rest metric has, along the edge,
+/// what the law makes of the curved edge there.
+#[test]
+fn orthotropic_on_curved_faces() {
+    let ring = "[mesh.annulus]\nradii = [0.03, 1]\ncells = [5, 12]\npattern = \"alternating\"\n[machine-direction]\nradial = {}";
+    let (mesh, initial, rest) = laws(ring, "quadratic", "[rest.orthotropic]\nfactors = [0.9, 1.05]");
+    let topology = Topology::new(&mesh.faces);
+    let corner = [Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
+    // t.a.t of the linear functions through the three integration points.
+    let along = |forms: &[Forms], place: Vector2<f64>, t: Vector2<f64>| -> f64 {
+        let (x, y) = (2.0 * place.x - 1.0 / 3.0, 2.0 * place.y - 1.0 / 3.0);
+        forms.iter().zip([1.0 - x - y, x, y]).map(|(f, weight)| weight * t.dot(&(matrix(f.a) * t))).sum()
+    };
+    let mut curved = 0;
+    for (face, vertices) in mesh.faces.iter().enumerate() {
+        for i in 0..3 {
+            let (from, to) = ((i + 1) % 3, (i + 2) % 3);
+            let [a, b, m] = [mesh.vertices[vertices[from]], mesh.vertices[vertices[to]], mesh.midpoints[topology.face_edges[face][i]]];
+            curved += usize::from(((a + b) * 0.5 - m).norm() > 1e-3);
+            for s in [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()] {
+                let position = a * ((1.0 - s) * (1.0 - 2.0 * s)) + m * (4.0 * s * (1.0 - s)) + b * (s * (2.0 * s - 1.0));
+                let tangent = a * (4.0 * s - 3.0) + m * (4.0 - 8.0 * s) + b * (4.0 * s - 1.0);
+                let radial = tangent.dot(&position.normalize());
+                let expected = 0.81 * radial * radial + 1.05 * 1.05 * (tangent.norm_squared() - radial * radial);
+                let (place, t) = (corner[from] * (1.0 - s) + corner[to] * s, corner[to] - corner[from]);
+                let found = along(&rest[3 * face..][..3], place, t);
+                assert!((found - expected).abs() < 1e-12 * expected, "face {face}, edge {i}: {found} instead of {expected}");
+                assert!((along(&initial[3 * face..][..3], place, t) - expected).abs() > 1e-3 * expected);
+            }
+        }
+    }
+    assert!(curved > 0);
 }
 
 /// A surface given by its map has the forms that are known of it.

@@ -9,7 +9,9 @@ use nalgebra::{Vector2, Vector3};
 /// Interpolation on the faces of a mesh with midpoints.
 ///
 /// With [`Sampling::Edges`] the metric has the law's `t.abar.t` at the two Gauss points of each edge, the mean of its faces', and the law's mean
-/// over the face. Initial forms between the integration points are those of the linear functions through them.
+/// over the face. Away from the integration points the initial metric is that of the curved face, which the interpolant shares with it in what is
+/// taken at those Gauss points, and which is positive definite where the linear functions through the integration points need not be, as in a face
+/// that is long and curved; the initial second form is that of those functions.
 pub struct QuadraticInterpolation {
     /// The initial shape.
     pub mesh: Mesh,
@@ -81,15 +83,13 @@ impl Interpolation for QuadraticInterpolation {
         let nodes = self.nodes(face);
         let sum = |weights: &[f64; 6]| nodes.iter().zip(weights).map(|(x, w)| x * *w).sum::<Vector3<f64>>();
         let weights = linear(place);
-        let mix =
-            |of: fn(&Forms) -> &[f64; 3]| std::array::from_fn(|c| (0..3).map(|k| weights[k] * of(&self.initial[3 * face + k])[c]).sum());
-        Site {
-            face,
-            place,
-            position: sum(&shape(place)),
-            tangents: gradient(place).map(|s| sum(&s)),
-            initial: Forms { a: mix(|f| &f.a), b: mix(|f| &f.b) },
-            thickness: self.thickness[face],
-        }
+        let tangents = gradient(place).map(|s| sum(&s));
+        let [r1, r2] = &tangents;
+        let a = match POINTS.iter().position(|point| *point == place) {
+            Some(k) => self.initial[3 * face + k].a,
+            None => [r1.dot(r1), r1.dot(r2), r2.dot(r2)],
+        };
+        let b = std::array::from_fn(|c| (0..3).map(|k| weights[k] * self.initial[3 * face + k].b[c]).sum());
+        Site { face, place, position: sum(&shape(place)), tangents, initial: Forms { a, b }, thickness: self.thickness[face] }
     }
 }
