@@ -47,7 +47,10 @@ impl ShellModel {
 
 fn describe(reason: NoModes) -> String {
     match reason {
-        NoModes::Never => "no factor on the load makes the shell buckle; it stiffens with the load, or the load is zero".into(),
+        NoModes::Never(most) if most.is_finite() => {
+            format!("no factor on the load below {most:.3e} makes the shell buckle; the load stiffens it")
+        }
+        NoModes::Never(_) => "no factor on the load makes the shell buckle; it stiffens with the load, or the load is zero".into(),
         NoModes::Unstable(_) | NoModes::Unsettled => "the iteration for the modes did not settle, or missed some".into(),
     }
 }

@@ -55,7 +55,7 @@ fn table(header: &[&str], texts: usize, rows: &[Vec<String>]) -> String {
 }
 
 /// A number for people: six digits, exponents where they are shorter, a dash where there is none.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if !value.is_finite() {
         return "-".into();
     }

@@ -8,8 +8,11 @@ use super::newton::Newton;
 use crate::sparse::eigen::{Pair, SelfAdjoint, largest, multiply};
 use crate::sparse::{Cholesky, Curvature, Kind, Pattern, Potential, System};
 
-/// Round-off of a squared frequency over the largest stiffness of a coordinate per mass.
-const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+/// Shift of squared frequencies over the largest stiffness of a coordinate per mass: enough to factor a shell that nothing holds.
+const SHIFT: f64 = 64.0 * f64::EPSILON;
+
+/// Relative round-off of the entries of a stiffness.
+const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
 /// Vectors of a block, for the first try and for those after it.
 const BLOCKS: [usize; 3] = [6, 12, 24];
@@ -25,6 +28,8 @@ const LEAST_SHARE: f64 = 1e-4;
 pub struct Mode {
     /// Squared angular frequency [1/s2], 0 where it is round-off; or factor on the load at which the shell buckles [1].
     pub value: f64,
+    /// How much of a squared frequency could be round-off [1/s2]; 0 for a factor.
+    pub noise: f64,
     /// Shape over all unknowns, 0 for held ones; its largest coordinate is 1.
     pub vector: Vec<f64>,
 }
@@ -36,8 +41,8 @@ pub enum NoModes {
     Unstable(Option<usize>),
     /// The iteration did not settle, or lower modes were missed.
     Unsettled,
-    /// No load of this sign, however large, makes the shell buckle.
-    Never,
+    /// No load of this sign makes the shell buckle, up to this factor; without end where the load does not soften it at all.
+    Never(f64),
 }
 
 /// `C v = theta F v` in the scalar product of `B`, with `F = K + shift D`; the negative pivots of `K + toward u D` count the values below `u`.
@@ -98,7 +103,7 @@ impl Newton {
     pub fn vibration(&mut self, stiffness: &[f64], mass: &[f64], count: usize, shift: Option<f64>) -> Result<Vec<Mode>, NoModes> {
         let heavy = self.pattern.column_start[..self.pattern.len()].iter().map(|slot| *slot as usize).filter(|slot| mass[*slot] > 0.0);
         let stiffest = heavy.map(|slot| stiffness[slot].abs() / mass[slot]).fold(0.0, f64::max);
-        let least = ROUND_OFF * stiffest;
+        let least = SHIFT * stiffest;
         if !(least > 0.0) {
             return Ok(Vec::new());
         }
@@ -111,11 +116,16 @@ impl Newton {
                 _ => sigma *= 8.0,
             }
         }
-        let (value, noise) = (|theta: f64| 1.0 / theta - sigma, 16.0 * least);
+        let value = |theta: f64| 1.0 / theta - sigma;
         let problem = Problem { matrix: stiffness, direction: mass, shift: sigma, toward: -1.0, numerator: mass, metric: mass };
-        let pairs = self.lowest_pairs(&problem, count, value, 0.0, noise)?;
-        let clean = |v: f64| if v.abs() <= noise { 0.0 } else { v };
-        Ok(pairs.into_iter().map(|p| self.mode(clean(value(p.value)), &p.vector)).collect())
+        let (pairs, _) = self.lowest_pairs(&problem, count, value, 0.0)?;
+        let mode = |pair: Pair| {
+            let [size, noise] = quotient(&self.pattern, stiffness, mass, &pair.vector);
+            self.mode(if size.abs() <= noise { 0.0 } else { size }, noise, &pair.vector)
+        };
+        let mut modes: Vec<Mode> = pairs.into_iter().map(mode).collect();
+        modes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        Ok(modes)
     }
 
     /// The `count` lowest positive factors on the load at which the shell buckles, ascending; fewer where there are no more. `start`, `end`:
@@ -127,40 +137,59 @@ impl Newton {
             Some(0) => {}
             negative => return Err(NoModes::Unstable(negative)),
         }
-        let metric: Vec<f64> = start.iter().zip(&change).map(|(a, d)| a + shift * d).collect();
         let softening: Vec<f64> = change.iter().map(|d| -d).collect();
-        let value = |theta: f64| shift + 1.0 / theta;
-        let problem = Problem { matrix: start, direction: &change, shift, toward: 1.0, numerator: &softening, metric: &metric };
-        let pairs = self.lowest_pairs(&problem, count, value, LEAST_SHARE, 0.0)?;
-        if pairs.is_empty() { Err(NoModes::Never) } else { Ok(pairs.into_iter().map(|p| self.mode(value(p.value), &p.vector)).collect()) }
+        let (mut shift, mut upper, mut floor) = (shift, 1.0, LEAST_SHARE);
+        loop {
+            // Where it buckles below this factor there is something to be found, however much the load stiffens other directions: from nearer to it
+            // those are far away.
+            if shift < upper && self.factor(start, upper, &change).is_none_or(|negative| negative > 0) {
+                let mut share = 0.5;
+                while share > f64::EPSILON && self.factor(start, shift + share * (upper - shift), &change) != Some(0) {
+                    share *= 0.5;
+                }
+                (shift, floor) = (shift + share * (upper - shift), 0.0);
+            }
+            let metric: Vec<f64> = start.iter().zip(&change).map(|(a, d)| a + shift * d).collect();
+            let value = |theta: f64| shift + 1.0 / theta;
+            let problem = Problem { matrix: start, direction: &change, shift, toward: 1.0, numerator: &softening, metric: &metric };
+            let (pairs, least) = self.lowest_pairs(&problem, count, value, floor)?;
+            if !pairs.is_empty() {
+                return Ok(pairs.into_iter().map(|p| self.mode(value(p.value), 0.0, &p.vector)).collect());
+            }
+            if !(least > 0.0) || upper == value(least) {
+                return Err(NoModes::Never(if least > 0.0 { upper } else { f64::INFINITY }));
+            }
+            upper = value(least);
+        }
     }
 
-    /// The pairs with the largest `theta`, above `floor` times the size of the smallest where that is negative. `value`: of the problem, by `theta`, ascending where `theta` descends. `noise`:
-    /// size of values that is round-off.
+    /// The pairs with the largest `theta`, above `floor` times the size of the smallest where that is negative, and that bound. `value`: of the problem,
+    /// by `theta`, ascending where `theta` descends.
     fn lowest_pairs(
         &mut self,
         problem: &Problem,
         count: usize,
         value: impl Fn(f64) -> f64,
         floor: f64,
-        noise: f64,
-    ) -> Result<Vec<Pair>, NoModes> {
+    ) -> Result<(Vec<Pair>, f64), NoModes> {
         for block in BLOCKS {
             self.factor(problem.matrix, problem.shift, problem.direction);
             let mut operator =
                 Inverse { pattern: &self.pattern, cholesky: &mut self.cholesky, numerator: problem.numerator, metric: problem.metric };
             let Some(found) = largest(&mut operator, self.pattern.len(), count, block, floor) else { continue };
-            let pairs = found.pairs;
+            let least = found.least;
+            let pairs: Vec<Pair> = found.pairs.into_iter().filter(|p| p.value > 0.0).collect();
             let values: Vec<f64> = pairs.iter().map(|p| value(p.value)).collect();
             // Values that are round-off have no side on which they lie.
-            let Some(highest) = values.last().filter(|v| v.abs() > noise) else { return Ok(pairs) };
+            let [_, noise] = pairs.last().map_or([0.0; 2], |last| quotient(&self.pattern, problem.matrix, problem.metric, &last.vector));
+            let Some(highest) = values.last().filter(|v| v.abs() > noise) else { return Ok((pairs, least)) };
             let bound = highest - BELOW * highest.abs();
             let expected = values.iter().filter(|v| **v < bound).count();
             match self.factor(problem.matrix, problem.toward * bound, problem.direction) {
                 Some(negative) if negative != expected => {
                     log::debug!("{negative} values lie below {bound:e}, of which {expected} were found");
                 }
-                _ => return Ok(pairs),
+                _ => return Ok((pairs, least)),
             }
         }
         Err(NoModes::Unsettled)
@@ -174,7 +203,7 @@ impl Newton {
     }
 
     /// A vector over the free unknowns as a mode: its largest coordinate is 1, and the first that is half as large positive.
-    fn mode(&self, value: f64, free: &[f64]) -> Mode {
+    fn mode(&self, value: f64, noise: f64, free: &[f64]) -> Mode {
         let mut vector = vec![0.0; self.numbering.all()];
         free.iter().zip(self.numbering.unknowns()).for_each(|(v, unknown)| vector[*unknown as usize] = *v);
         let lengths = &vector[..self.settings.lengths];
@@ -184,6 +213,22 @@ impl Newton {
         if size > 0.0 {
             vector.iter_mut().for_each(|v| *v *= sign / size);
         }
-        Mode { value, vector }
+        Mode { value, noise, vector }
     }
+}
+
+/// Rayleigh quotient of a vector, and how much of it could be the round-off of the stiffness: what is the stretching of a thin shell drowns its bending
+/// only in modes that have both.
+fn quotient(pattern: &Pattern, stiffness: &[f64], mass: &[f64], v: &[f64]) -> [f64; 2] {
+    let (mut size, mut sizes, mut inertia) = (0.0, 0.0, 0.0);
+    for (j, entries) in pattern.column_start.windows(2).take(v.len()).enumerate() {
+        for k in entries[0] as usize..entries[1] as usize {
+            let i = pattern.row[k] as usize;
+            let product = if i == j { v[i] * v[j] } else { 2.0 * v[i] * v[j] };
+            size += stiffness[k] * product;
+            sizes += (stiffness[k] * product).abs();
+            inertia += mass[k] * product;
+        }
+    }
+    [size / inertia, ROUND_OFF * sizes / inertia]
 }

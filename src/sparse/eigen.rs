@@ -11,6 +11,9 @@ use nalgebra::{DMatrix, SymmetricEigen};
 /// Times the iteration starts anew from its best vectors.
 const RESTARTS: usize = 200;
 
+/// Steps before eigenvalues are left out as too small.
+const STEPS: usize = 12;
+
 /// Residual of an eigenvector, relative to its eigenvalue, at which it is found; the eigenvalue's error is of the order of its square.
 const TOLERANCE: f64 = 1e-9;
 
@@ -31,6 +34,8 @@ pub struct Pair {
 pub struct Found {
     /// The largest eigenvalues with their vectors, descending.
     pub pairs: Vec<Pair>,
+    /// Eigenvalues below this were left out.
+    pub least: f64,
 }
 
 /// `A` and `B` by what they do.
@@ -119,9 +124,9 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
     };
     fresh(operator, &mut basis, block);
     if basis.is_empty() {
-        return Some(Found { pairs: Vec::new() });
+        return Some(Found { pairs: Vec::new(), least: 0.0 });
     }
-    for _ in 0..RESTARTS * most {
+    for steps in 0..RESTARTS * most {
         // The images of the newest vectors, and what of them lies outside the basis.
         let from = applied;
         let images: Vec<Vec<f64>> = (from..basis.len()).map(|j| operator.apply(&basis[j].q)).collect();
@@ -157,7 +162,8 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
         let residual = |k: usize| (&outside * eigen.eigenvectors.view((from, k), (applied - from, 1))).norm();
         let wanted = &order[..count.min(applied)];
         let least = floor * (-eigen.eigenvalues.min()).max(0.0);
-        let small_enough = |k: &usize| eigen.eigenvalues[*k] + residual(*k) < least;
+        // Not before larger ones, if there are any, had a chance to show.
+        let small_enough = |k: &usize| floor > 0.0 && steps >= STEPS && eigen.eigenvalues[*k] + residual(*k) < least;
         let found = |k: &usize| residual(*k) <= TOLERANCE * eigen.eigenvalues[*k].abs() + ROUND_OFF * scale || small_enough(k);
         if exhausted || (applied >= count && wanted.iter().all(found)) {
             let pair = |k: &usize| {
@@ -167,7 +173,8 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
                 vector.iter_mut().for_each(|v| *v /= length);
                 Pair { value: eigen.eigenvalues[*k], vector }
             };
-            return Some(Found { pairs: wanted.iter().filter(|k| floor == 0.0 || eigen.eigenvalues[**k] > least).map(pair).collect() });
+            let kept = wanted.iter().filter(|k| floor == 0.0 || eigen.eigenvalues[**k] > least);
+            return Some(Found { pairs: kept.map(pair).collect(), least });
         }
         if basis.len() + block > most && applied > kept {
             let best = &order[..kept];

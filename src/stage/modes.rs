@@ -17,6 +17,8 @@ pub struct Found {
     pub kind: ModeKind,
     /// Frequencies [Hz], negative where the equilibrium is unstable and the mode grows at that rate over 2 pi; or factors on the load [1]. Ascending.
     pub values: Vec<f64>,
+    /// Frequencies [Hz] up to which each could be round-off, in which case it is 0; empty for factors.
+    pub round_off: Vec<f64>,
     /// Displacement of each node in each mode, its largest coordinate 1.
     pub shapes: Vec<Vec<f64>>,
 }
@@ -60,13 +62,16 @@ pub fn run(job: &Job) -> Result<()> {
     let found = Found {
         kind: table.kind,
         values: modes.iter().map(|mode| number(table.kind, mode.value)).collect(),
+        round_off: match table.kind {
+            ModeKind::Vibration => modes.iter().map(|mode| number(table.kind, mode.noise)).collect(),
+            ModeKind::Buckling => Vec::new(),
+        },
         shapes: modes.into_iter().map(|mode| mode.vector[..coordinates].to_vec()).collect(),
     };
     archive(&found, &inputs(job)?).write(&path(job))?;
     atomic::write(&job.case.join("modes.json"), json(&found).as_bytes())?;
     job.record()?;
-    let list: Vec<String> = found.values.iter().map(|value| format!("{value:.6}")).collect();
-    job.say(&format!("{}: {} {}", path(job).display(), list.join(", "), unit(table.kind)));
+    job.say(&format!("{}: {}", path(job).display(), found.list()));
     Ok(())
 }
 
@@ -129,6 +134,9 @@ fn archive(found: &Found, inputs: &str) -> Archive {
     let mut archive = Archive::new(Kind::Modes, inputs);
     let unit = if found.kind == ModeKind::Vibration { "Hz" } else { "1" };
     archive.arrays.insert(quantity(found.kind).into(), Array::rows(found.values.clone(), 1).with("unit", unit));
+    if !found.round_off.is_empty() {
+        archive.arrays.insert("round_off_Hz".into(), Array::rows(found.round_off.clone(), 1).with("unit", unit));
+    }
     let shapes: Vec<f64> = found.shapes.concat();
     let shape = vec![found.shapes.len(), shapes.len() / (3 * found.shapes.len()).max(1), 3];
     let array = Array { shape, ..Array::rows(shapes, 3) };
@@ -155,9 +163,10 @@ pub fn load(job: &Job) -> Result<Option<Found>> {
         found.ok_or_else(|| Kind::Modes.stale(&path, format!("array '{name}' is missing or of another type")))
     };
     let values = array(quantity(kind))?.to_vec();
+    let round_off = if kind == ModeKind::Vibration { array("round_off_Hz")?.to_vec() } else { Vec::new() };
     let shapes = array("mode")?;
     let length = (shapes.len() / values.len().max(1)).max(1);
-    Ok(Some(Found { kind, shapes: shapes.chunks_exact(length).map(<[f64]>::to_vec).collect(), values }))
+    Ok(Some(Found { kind, shapes: shapes.chunks_exact(length).map(<[f64]>::to_vec).collect(), round_off, values }))
 }
 
 /// Writes each mode as a file with the last equilibrium as its shape: field `mode` and, in `modes.json`, its value. The names of the files.
@@ -181,7 +190,15 @@ pub fn export(found: &Found, mesh: &Mesh, state: &Snapshot, folder: &std::path::
 impl Found {
     /// Lines for a report.
     pub fn lines(&self) -> Vec<String> {
-        let list: Vec<String> = self.values.iter().map(|value| format!("{value:.6}")).collect();
-        vec![format!("Lowest modes of {}: {} {}", name(self.kind), list.join(", "), unit(self.kind))]
+        vec![format!("Lowest modes of {}: {}", name(self.kind), self.list())]
+    }
+
+    /// The values with their unit, and what a 0 stands for.
+    fn list(&self) -> String {
+        let list: Vec<String> = self.values.iter().map(|value| crate::report::number(*value)).collect();
+        let zeros = self.values.iter().zip(&self.round_off).filter(|(value, _)| **value == 0.0).map(|(_, noise)| *noise);
+        let noise = zeros.fold(0.0, f64::max);
+        let zero = if noise > 0.0 { format!(" (0: up to {noise:.1e} {}, which is round-off)", unit(self.kind)) } else { String::new() };
+        format!("{} {}{zero}", list.join(", "), unit(self.kind))
     }
 }
