@@ -71,6 +71,12 @@ impl Load for NormalLoad {
         self.factor = factor;
     }
 
+    /// A stream of negative factor would push where it comes from: drag that gives energy, of which no step is a minimum.
+    fn fault(&self, time: f64, factor: f64) -> Option<(&'static str, String)> {
+        let stream = matches!(self.kind, AlongNormals::Stream { .. });
+        (stream && factor < 0.0).then(|| ("factor", format!("is {factor} at t = {time}: a stream's must be >= 0")))
+    }
+
     fn start_step(&mut self, x: &[f64], _time: f64, dt: f64) {
         let areas = node_areas(&self.quadrangles, x, self.nodes);
         self.before = x.to_vec();
@@ -84,7 +90,7 @@ impl Load for NormalLoad {
             }
             AlongNormals::Stream { coefficient, velocity } => {
                 for (area, force) in areas.iter().zip(&mut self.forces) {
-                    let root = (coefficient * area.norm() * self.factor).abs().sqrt();
+                    let root = (coefficient * area.norm() * self.factor).sqrt();
                     let along = area.try_normalize(0.0).unwrap_or_default() * root;
                     *force = (along * along.dot(velocity), along);
                 }
@@ -160,6 +166,9 @@ mod tests {
             }
             assert!(force.norm() > 1e-3);
         }
+        assert!(
+            load.fault(dt, 0.0).is_none() && load.fault(dt, -0.5).is_some_and(|(key, reason)| key == "factor" && reason.contains("-0.5"))
+        );
         assert!(energy.is_finite() && system.matrix.iter().all(|v| v.is_finite()));
         Ok(())
     }

@@ -76,7 +76,7 @@ impl super::Load for DeadLoad {
         }
     }
 
-    fn fault(&self, time: f64) -> Option<(&'static str, String)> {
+    fn fault(&self, time: f64, _factor: f64) -> Option<(&'static str, String)> {
         let weight = self.weight.as_ref()?;
         not_finite(weight.places.iter(), time, |p| (weight.acceleration)(p, time).sum()).map(|reason| ("acceleration", reason))
     }

@@ -43,8 +43,8 @@ pub trait Load: crate::sparse::Potential {
     /// Starts a step of motion to `time` [s] of size `dt` [s] from the unknowns `x`.
     fn start_step(&mut self, _x: &[f64], _time: f64, _dt: f64) {}
 
-    /// What is not finite at a time: the field's name in the table of the load, and the value and place in words.
-    fn fault(&self, _time: f64) -> Option<(&'static str, String)> {
+    /// What is impossible at a time, with a factor on the load: the name of the key in the table of the load, and the value and place in words.
+    fn fault(&self, _time: f64, _factor: f64) -> Option<(&'static str, String)> {
         None
     }
 }

@@ -143,7 +143,7 @@ impl<const K: usize, const N: usize> super::Load for Pressure<K, N> {
         }
     }
 
-    fn fault(&self, time: f64) -> Option<(&'static str, String)> {
+    fn fault(&self, time: f64, _factor: f64) -> Option<(&'static str, String)> {
         let Value::Field(field) = &self.pressure else { return None };
         not_finite(field.places.iter(), time, |p| (field.value)(p, time)).map(|reason| ("pressure", reason))
     }

@@ -63,7 +63,7 @@ impl super::Load for SpreadLoad {
         }
     }
 
-    fn fault(&self, time: f64) -> Option<(&'static str, String)> {
+    fn fault(&self, time: f64, _factor: f64) -> Option<(&'static str, String)> {
         let places = self.pieces.iter().map(|piece| &piece.place);
         not_finite(places, time, |p| (self.field)(p, time).sum()).map(|reason| ("force", reason))
     }

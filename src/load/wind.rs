@@ -105,7 +105,7 @@ impl<const K: usize, const N: usize> super::Load for Wind<K, N> {
         self.frozen = frozen;
     }
 
-    fn fault(&self, time: f64) -> Option<(&'static str, String)> {
+    fn fault(&self, time: f64, _factor: f64) -> Option<(&'static str, String)> {
         not_finite(self.places.iter(), time, |p| (self.air)(p, time).sum()).map(|reason| ("velocity", reason))
     }
 }

@@ -139,7 +139,7 @@ impl GridModel {
             if !factor.is_finite() {
                 return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
             }
-            if let Some((field, reason)) = load.potential.fault(time) {
+            if let Some((field, reason)) = load.potential.fault(time, factor) {
                 return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
             }
             factors.push(factor);

@@ -532,7 +532,7 @@ pub(super) fn check_loads(parts: &Parts, time: f64) -> Result<(), StepFailure> {
         if !factor.is_finite() {
             return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
         }
-        if let Some((field, reason)) = load.potential.fault(time) {
+        if let Some((field, reason)) = load.potential.fault(time, factor) {
             return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
         }
     }

@@ -161,7 +161,7 @@ pub struct Stream {
     /// Coefficient [Pa s/m], > 0. Default: 0.032, that of the paper.
     #[serde(default = "stream_coefficient")]
     pub coefficient: f64,
-    /// Factor in time, of t. Default: 1.
+    /// Factor in time, of t, >= 0. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<Expr>,
 }

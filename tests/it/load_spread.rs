@@ -67,14 +67,14 @@ fn a_spread_force_has_the_resultant_and_moment_of_its_field() {
     let shifted: Vec<f64> = x.iter().enumerate().map(|(i, x)| x + 0.1 * (i as f64).sin()).collect();
     let work: f64 = found.iter().enumerate().map(|(i, f)| (0..3).map(|k| f[k] * (shifted[3 * i + k] - x[3 * i + k])).sum::<f64>()).sum();
     assert!(work.abs() > 1e-3 && (load.energy(&x) - load.energy(&shifted) - work).abs() < 1e-13);
-    assert!(load.fault(0.0).is_none());
+    assert!(load.fault(0.0, 1.0).is_none());
     let broken = SpreadLoad::new(
         vec![SurfacePiece { place: corners[0], shares: vec![(0, 1.0)] }],
         Box::new(|_, t| Vector3::new(1.0 / (1.0 - t), 0.0, 0.0)),
         true,
     );
-    assert!(broken.fault(0.5).is_none());
-    let (name, reason) = broken.fault(1.0).unwrap();
+    assert!(broken.fault(0.5, 1.0).is_none());
+    let (name, reason) = broken.fault(1.0, 1.0).unwrap();
     assert!(name == "force" && reason.contains("inf"), "{reason}");
 }
 
