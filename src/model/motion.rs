@@ -1,26 +1,28 @@
 //! A step of a shell in motion around its minimisation: the stage before it, positions, directors, velocities and error after it.
 
-use super::shell_model::{ShellModel, StepFailure, potentials};
+use super::shell_model::{HeldUnknown, ShellModel, StepFailure, potentials};
 use super::time_integration::Stage;
 use nalgebra::Vector3;
+
+impl HeldUnknown {
+    /// Velocity [m/s] at the start of a step from time `start` [s] to `end`: that of the parabola through its start, middle and end, which is of
+    /// second order.
+    pub fn velocity(&self, start: f64, end: f64) -> f64 {
+        let Some((_, motion)) = &self.motion else { return 0.0 };
+        let [a, b, c] = [start, 0.5 * (start + end), end].map(motion);
+        let parabola = (4.0 * b - 3.0 * a - c) / (end - start);
+        if parabola.is_finite() { parabola } else { (c - a) / (end - start) }
+    }
+}
 
 impl ShellModel {
     /// The stage of a step of size `dt` [s] to `time`; none in statics.
     pub(super) fn stage(&self, dt: f64, time: f64) -> Option<Stage> {
         let integration = self.integration.as_ref()?;
-        Some(integration.stage(&self.x, &self.v, dt, [self.time, time], || self.prescribed_velocities(dt, time)))
-    }
-
-    /// Velocities [m/s] at the start of a step of the coordinates that are held, by which the midpoint rule follows their motion with second
-    /// order: those of the parabola through its start, middle and end.
-    fn prescribed_velocities(&self, dt: f64, time: f64) -> Vec<(usize, f64)> {
-        let of = |motion: &dyn Fn(f64) -> f64| {
-            let [start, middle, end] = [self.time, self.time + 0.5 * dt, time].map(motion);
-            let parabola = (4.0 * middle - 3.0 * start - end) / dt;
-            if parabola.is_finite() { parabola } else { (end - start) / dt }
-        };
+        // The midpoint rule follows what is held with second order only from velocities that agree with its motion.
         let held = self.parts.held.iter().filter(|h| h.unknown < self.v.len());
-        held.map(|h| (h.unknown, h.motion.as_ref().map_or(0.0, |(_, motion)| of(motion)))).collect()
+        let consistent = || held.map(|h| (h.unknown, h.velocity(self.time, time))).collect();
+        Some(integration.stage(&self.x, &self.v, dt, [self.time, time], consistent))
     }
 
     /// Goes on from the state of a stage, which the unknowns hold, to the end of its step at `time`, where held unknowns have the values

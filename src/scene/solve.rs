@@ -102,7 +102,7 @@ pub struct Dynamics {
     pub dt: f64,
     /// End [s], > 0.
     pub end: f64,
-    /// Initial velocity of every vertex [m/s], of x, y, z, r, theta. Absent: at rest.
+    /// Initial velocity of every vertex [m/s], of x, y, z, r, theta; what supports hold has theirs. Absent: at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[super::Expr; 3]>,
     /// How the motion is integrated.
@@ -120,7 +120,7 @@ pub struct Dynamics {
     pub random_velocity: Option<RandomVelocity>,
 }
 
-/// Random initial velocities, another one at every node; held coordinates have none.
+/// Random initial velocities, another one at every node; held coordinates have that of their support.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RandomVelocity {

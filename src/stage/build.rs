@@ -175,8 +175,8 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
         loads,
         rest: rest::driver(scene, mesh, topology, setup, &profiles)?,
         initial_forms: setup.initial_forms.clone(),
+        velocities: velocity::initial(scene, &held, &positions)?,
         held,
-        velocities: velocity::initial(scene, setup, &positions)?,
         positions,
     };
     let mut model = ShellModel::new(parts, mesh.diameter(), scene.solver.tolerance, scene.solver.max_iterations)?;

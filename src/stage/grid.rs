@@ -118,6 +118,7 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         let matrices = masses.iter().map(|mass| [[*mass]]).collect();
         Box::new(Inertia::<1, 3>::new((0..count).map(|n| [n]).collect(), matrices)) as Box<dyn crate::shell::Inertial>
     });
+    let held = held_unknowns(scene, mesh, topology, setup)?;
     let parts = GridParts {
         surface: surface(scene, mesh)?,
         grid,
@@ -125,8 +126,8 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         drag: table.damping.filter(|_| strong.is_none()).map(|total| Drag::new(spread(total))),
         strong,
         loads,
-        held: held_unknowns(scene, mesh, topology, setup)?,
-        velocities: velocity::initial(scene, setup, &mesh.vertices)?,
+        velocities: velocity::initial(scene, &held, &mesh.vertices)?,
+        held,
         positions: mesh.vertices.clone(),
         table: table.table.as_ref().map(|t| RoundTable { centre: Vector3::from(t.centre), radius: t.radius }),
     };

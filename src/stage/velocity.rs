@@ -1,20 +1,21 @@
 //! Initial velocities: expressions of place, and random ones with a seed.
 //!
-//! Random velocities differ from node to node: the roughest motion that a mesh can have. Coordinates that supports hold have none.
+//! Random velocities differ from node to node: the roughest motion that a mesh can have. Coordinates that supports hold have the velocity of
+//! their support, whatever else is said.
 
 use super::build;
-use super::setup::Setup;
 use crate::error::{Error, Result};
+use crate::model::HeldUnknown;
 use crate::scene::{self, RandomVelocity, Scene};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Initial velocity of each node [m/s]; empty in statics.
+/// Initial velocity of each node [m/s]; empty in statics. `held`: what supports hold, and its motion.
 ///
 /// # Errors
 /// An expression that is not finite at a node.
-pub fn initial(scene: &Scene, setup: &Setup, nodes: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>> {
+pub fn initial(scene: &Scene, held: &[HeldUnknown], nodes: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>> {
     let Some(dynamics) = &scene.dynamics else { return Ok(Vec::new()) };
     let mut velocities = vec![Vector3::zeros(); nodes.len()];
     if let Some(exprs) = &dynamics.velocity {
@@ -26,12 +27,13 @@ pub fn initial(scene: &Scene, setup: &Setup, nodes: &[Vector3<f64>]) -> Result<V
     }
     if let Some(table) = &dynamics.random_velocity {
         velocities.iter_mut().zip(random(table, nodes.len())).for_each(|(v, random)| *v += random);
-        // Held coordinates come last, so that more supports do not change the velocity of other nodes.
-        for held in &setup.held {
-            if let Some(v) = velocities.get_mut(held.unknown / 3) {
-                v[held.unknown % 3] = 0.0;
-            }
-        }
+    }
+    // Held coordinates come last, so that more supports do not change the random velocity of other nodes.
+    for held in held {
+        let Some(v) = velocities.get_mut(held.unknown / 3) else { continue };
+        let velocity = held.velocity(0.0, dynamics.dt);
+        // A motion that is not finite is told of when its time comes.
+        v[held.unknown % 3] = if velocity.is_finite() { velocity } else { 0.0 };
     }
     Ok(velocities)
 }

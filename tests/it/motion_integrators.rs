@@ -1,6 +1,6 @@
 //! Time integration: orders on smooth motion, exact free fall, conservation, and dissipation against the methods' own formulas.
 
-use crate::physics_case::{Case, points, rate, run};
+use crate::physics_case::{Case, points, rate, run, set_up};
 use nalgebra::Vector3;
 
 const SECOND_ORDER: [&str; 4] = [
@@ -191,6 +191,32 @@ fn dissipation_is_the_stated_one() {
             let next = (p + q / 1.5) / (1.5 + w * w / 1.5);
             (x, v) = ([x[1], next], [v[1], 1.5 * next - p]);
             assert!((found - next).abs() < 2e-4 * largest, "w {w}, step {n}: {found:e} {next:e}");
+        }
+    }
+}
+
+/// What supports hold starts with the velocity of the support, whatever velocity the scene gives the rest.
+#[test]
+fn supports_say_the_velocity_of_what_they_hold() {
+    let scene = |random: &str| {
+        format!(
+            "[mesh.rectangle]\nsize = [0.1, 0.02]\ncells = [4, 1]\n[shell]\nthickness = 1e-3\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n\
+             density = 1000.0\n[[pin]]\nregion = \"left\"\n[[pin]]\nregion = \"right\"\ncomponents = [\"z\"]\nmotion = {{ z = \"(1 + y) * sin(3*t)\" }}\n\
+             [dynamics]\ndt = 1e-3\nend = 0.01\nvelocity = [1, 2, \"3 + x\"]\n{random}"
+        )
+    };
+    for random in ["", "random_velocity = { speed = 0.5, seed = 2 }\n"] {
+        let (mesh, _, first) = set_up(&scene(random)).unwrap();
+        for (p, v) in mesh.vertices.iter().zip(points(&first, "velocity")) {
+            let free = Vector3::new(1.0, 2.0, 3.0 + p.x);
+            let moved = |found: Vector3<f64>, wanted: Vector3<f64>| (found - wanted).norm();
+            if p.x == 0.0 {
+                assert_eq!(v, Vector3::zeros());
+            } else if p.x > 0.0999 {
+                assert!((v.z - 3.0 * (1.0 + p.y)).abs() < 1e-5 && moved(v, Vector3::new(1.0, 2.0, v.z)) <= 0.5, "{p:?} {v:?}");
+            } else {
+                assert!(moved(v, free) <= if random.is_empty() { 0.0 } else { 0.5 }, "{p:?} {v:?}");
+            }
         }
     }
 }
