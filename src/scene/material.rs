@@ -13,6 +13,9 @@ pub enum Material {
     Stvk,
     /// Compressible rubber, in plane stress, integrated through the thickness.
     NeoHookean,
+    /// St. Venant-Kirchhoff with a bending strain that stretch does not change, to first order: a strip that is turned by moments keeps its length
+    /// exactly, where it shortens by h^2 k^2 / 12 otherwise. For thick or sharply bent shells.
+    BiotBending,
     /// Cloth and foil: wrinkles instead of bearing compression; bends as St. Venant-Kirchhoff.
     TensionField,
 }
@@ -23,6 +26,7 @@ impl Material {
         match self {
             Material::Stvk => "stvk",
             Material::NeoHookean => "neo-hookean",
+            Material::BiotBending => "biot-bending",
             Material::TensionField => "tension-field",
         }
     }

@@ -191,7 +191,7 @@ impl Constitutive for General {
         rows: &mut [[f64; N]; 6],
     ) {
         let mut tangent = self.respond::<true>(face, point, eps).tangent;
-        if semidefinite && self.constitution(face) == Constitution::NeoHookean {
+        if semidefinite && matches!(self.constitution(face), Constitution::NeoHookean | Constitution::BiotBending) {
             let rest = &self.rest[point];
             project_tangent(&mut tangent, [rest[0], rest[1], rest[2]], self.materials[face].thickness);
         }

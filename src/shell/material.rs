@@ -1,8 +1,9 @@
 //! What a face is made of: moduli, and which law turns them into energy.
 //!
 //! Laws that are quadratic in the forms are matrices, made here or in the file of their own; the others are evaluated point by point by
-//! `neo_hookean` and `tension_field`. All of them have a small-strain stiffness, which is what viscosity uses. Nothing here sums over faces.
+//! `neo_hookean`, `tension_field` and `biot`. All of them have a small-strain stiffness, which is what viscosity uses. Nothing here sums over faces.
 
+use super::biot;
 use super::element::Strain;
 use super::layered::{self, Bilayer};
 use super::neo_hookean;
@@ -58,6 +59,8 @@ pub enum Constitution {
         /// Share that is left, > 0 and <= 1.
         compression: f64,
     },
+    /// St. Venant-Kirchhoff with a bending strain that stretch does not change, to first order.
+    BiotBending,
 }
 
 /// Energy of a point and its derivatives in the six forms.
@@ -117,7 +120,7 @@ impl Constitution {
 
     /// Whether the energy is more than that of the membrane and that of bending.
     pub fn couples(&self) -> bool {
-        matches!(self, Constitution::Bilayer(_) | Constitution::NeoHookean)
+        matches!(self, Constitution::Bilayer(_) | Constitution::NeoHookean | Constitution::BiotBending)
     }
 
     /// The matrix of a material that is alike through its thickness, of a layered one its means'.
@@ -150,6 +153,7 @@ impl Constitution {
     ) -> Response {
         match self {
             Constitution::NeoHookean => neo_hookean::respond::<TANGENT>(material, rest, weight, forms),
+            Constitution::BiotBending => biot::respond::<TANGENT>(rest, stiffness, forms),
             Constitution::TensionField { compression } => {
                 tension_field::respond::<TANGENT>(material, *compression, rest, stiffness, weight, forms)
             }

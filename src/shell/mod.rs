@@ -11,6 +11,7 @@
 //!
 //! Nothing here reads a scene, a file or the time.
 
+mod biot;
 mod constitutive;
 mod director;
 mod element;

@@ -118,6 +118,7 @@ fn constitution(made: &Composition, direction: Option<[f64; 2]>) -> Constitution
         (scene::Material::Stvk, Some(Lame::ThreeD)) => Constitution::ThreeDimensional,
         (scene::Material::Stvk, _) => Constitution::PlaneStress,
         (scene::Material::NeoHookean, _) => Constitution::NeoHookean,
+        (scene::Material::BiotBending, _) => Constitution::BiotBending,
         (scene::Material::TensionField, _) => Constitution::TensionField { compression: made.compression.unwrap_or(COMPRESSION) },
     }
 }
@@ -138,12 +139,13 @@ pub fn to_array(constitutions: &[Constitution]) -> Array {
             }
             Constitution::NeoHookean => [4.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             Constitution::TensionField { compression } => [5.0, *compression, 0.0, 0.0, 0.0, 0.0],
+            Constitution::BiotBending => [6.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         }
     };
     Array::rows(constitutions.iter().flat_map(row).collect(), ROW).with("unit", "SI").with(
         "components",
         "kind and its parameters: 0 plane stress; 1 three-dimensional; 2 orthotropic, E1, E2, nu12, G12; \
-         3 bilayer, top thickness, E top, E bottom, nu top, nu bottom; 4 neo-hookean; 5 tension field, compression",
+         3 bilayer, top thickness, E top, E bottom, nu top, nu bottom; 4 neo-hookean; 5 tension field, compression; 6 Biot's bending",
     )
 }
 
@@ -165,6 +167,7 @@ pub fn from_rows(rows: &[f64], machine_direction: &Option<Vec<[f64; 2]>>) -> Opt
             }
             4.0 => Constitution::NeoHookean,
             5.0 => Constitution::TensionField { compression: r[1] },
+            6.0 => Constitution::BiotBending,
             _ => return None,
         })
     };

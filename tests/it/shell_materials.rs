@@ -18,7 +18,7 @@ fn wood(direction: [f64; 2]) -> Orthotropic {
 }
 
 /// All laws.
-fn laws() -> [(&'static str, Constitution); 6] {
+fn laws() -> [(&'static str, Constitution); 7] {
     [
         ("plane stress", Constitution::PlaneStress),
         ("three-dimensional", Constitution::ThreeDimensional),
@@ -26,6 +26,7 @@ fn laws() -> [(&'static str, Constitution); 6] {
         ("bilayer", Constitution::Bilayer(BILAYER)),
         ("neo-hookean", Constitution::NeoHookean),
         ("tension field", Constitution::TensionField { compression: 0.05 }),
+        ("Biot's bending", Constitution::BiotBending),
     ]
 }
 
@@ -535,6 +536,7 @@ fn fields_show_each_law() {
         (Constitution::Bilayer(BILAYER), moment(1) * s - moment(2) * k, moment(3) * k - moment(2) * s),
         (Constitution::NeoHookean, plate * h * s, plate * d * k),
         (Constitution::TensionField { compression: 0.1 }, plate * h * s, plate * d * k),
+        (Constitution::BiotBending, plate * h * s, plate * d * k),
     ] {
         let fields = thinshell::shell::fields::at_point(&r, &forms, &rest, &SHEET, &law);
         let [n, m]: [Matrix3<f64>; 2] = [fields.membrane_stress * h, fields.bending_moment];
@@ -542,4 +544,29 @@ fn fields_show_each_law() {
         let energy = fields.membrane_energy_density + fields.bending_energy_density;
         assert!((energy / (0.5 * (n11 * s + m11 * k)) - 1.0).abs() < 1e-5, "{law:?}: {energy}");
     }
+}
+
+/// Stretched by 1 + e with a turn k per length at rest: the bending strain is k (1 - 3 e^2 / 2), so that it is no reason to stretch, in any direction and
+/// whatever the coordinates.
+#[test]
+fn biots_bending_does_not_stretch() {
+    let t = Matrix2::new(1.3, 0.2, 0.0, 0.8);
+    let form = |m: Matrix2<f64>| {
+        let m = t.transpose() * m * t;
+        [m[(0, 0)], m[(0, 1)], m[(1, 1)]]
+    };
+    let rest = Forms { a: form(Matrix2::identity()), b: form(Matrix2::new(0.1, 0.0, 0.0, 0.0)) };
+    let k = 0.9;
+    let at = |law: Constitution, e: f64| {
+        let l = 1.0 + e;
+        let forms = Forms { a: form(Matrix2::new(l * l, 0.0, 0.0, 1.0)), b: form(Matrix2::new(l * k, 0.0, 0.0, 0.0)) };
+        law.per_area(&SHEET, &rest, &forms).1
+    };
+    let slope = |law: Constitution| (at(law, 1e-4).iter().sum::<f64>() - at(law, -1e-4).iter().sum::<f64>()) / 2e-4;
+    let bending = at(Constitution::BiotBending, 0.0).iter().sum::<f64>();
+    assert!(slope(Constitution::BiotBending).abs() < 1e-5 * bending, "{:e} {bending:e}", slope(Constitution::BiotBending));
+    assert!(slope(Constitution::PlaneStress) > 0.5 * bending);
+    // Without stretch it is St. Venant-Kirchhoff.
+    let [own, koiter] = [Constitution::BiotBending, Constitution::PlaneStress].map(|law| at(law, 0.0)[1]);
+    assert!((own / koiter - 1.0).abs() < 1e-12 && own > 0.0);
 }
