@@ -85,8 +85,8 @@ enum Verb {
     ///
     /// Example: thinshell export scene.toml
     Export(SceneArgs),
-    /// Compare results with what their scenes expect (report.json, report.md), or make a table of error against run time of a sweep, or of
-    /// all that a scene has to withstand.
+    /// Compare results with what their scenes expect (report.json, report.md); or tabulate error against run time, what changes over the values
+    /// of a key, or how a scene ends where it is hard.
     ///
     /// Examples:
     ///   thinshell report cases/strip_curl cases/wetted_strip --json all.json

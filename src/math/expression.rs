@@ -262,12 +262,33 @@ impl<'a> Parser<'a> {
     }
 
     fn unknown(&self, name: &str) -> String {
-        let mut message = format!("unknown name `{name}`; variables here: ");
+        let mut message = format!("unknown name `{name}`");
+        if let Some(meant) = self.meant(name) {
+            _ = write!(message, ", did you mean `{meant}`?");
+        }
+        message.push_str("; variables here: ");
         match self.variables {
             [] => message.push_str("none"),
             variables => _ = write!(message, "{}", variables.join(", ")),
         }
+        if self.rest()[name.len()..].trim_start().starts_with('(') {
+            let functions: Vec<&str> = FUNCTIONS.iter().map(|(function, _)| *function).collect();
+            _ = write!(message, "; functions: {}, if", functions.join(", "));
+        }
         self.fault(&message)
+    }
+
+    /// The name that another one is most like: that of other languages, in other letters, or with a slip.
+    fn meant(&self, name: &str) -> Option<&str> {
+        let elsewhere =
+            [("log", "ln"), ("pow", "^"), ("mod", "floor"), ("arcsin", "asin"), ("arccos", "acos"), ("arctan", "atan"), ("fabs", "abs")];
+        if let Some((_, own)) = elsewhere.iter().find(|(other, _)| *other == name) {
+            return Some(own);
+        }
+        let functions = FUNCTIONS.iter().map(|(function, _)| *function);
+        let known = functions.chain(CONSTANTS.iter().map(|(constant, _)| *constant)).chain(self.variables.iter().copied());
+        let near = known.map(|own| (strsim::osa_distance(&name.to_lowercase(), &own.to_lowercase()), own)).min()?;
+        (near.0 == 0 || 3 * near.0 <= near.1.len()).then_some(near.1)
     }
 }
 
@@ -378,6 +399,10 @@ mod tests {
             ("x)", "found `)`"),
             ("2 x", "found `x` (character 3"),
             ("q + 1", "unknown name `q`; variables here: x, y (character 1"),
+            ("2 * pi", "unknown name `pi`, did you mean `PI`?"),
+            ("log(x)", "did you mean `ln`?"),
+            ("foo(x)", "; functions: sin, cos"),
+            ("sqr(x)", "did you mean `sqrt`?"),
             ("sin x", "`(` after `sin` expected"),
             ("sin()", "found `)`"),
             ("sin(1, 2)", "found `,`"),

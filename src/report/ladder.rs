@@ -169,7 +169,7 @@ pub fn to_markdown(rows: &[LadderRow]) -> String {
     };
     let (sampling, method) = (sampled.then_some("sampling"), by_method.then_some("method"));
     let step = by_step.then_some("step [s]");
-    let counts = ["faces", "unknowns", "error", "order", "fitted order", "run time [s]", "Gflop", "factorisations"];
+    let counts = ["faces", "unknowns", "error", "order", "fitted order", "run time [s]", "run time [Gflop]", "factorisations"];
     let header: Vec<&str> =
         ["director", "mesh"].into_iter().chain(sampling).chain(method).chain(["thickness [m]"]).chain(step).chain(counts).collect();
     let mut text = table(&header, header.len() - counts.len() - 1 - usize::from(by_step), &rows.iter().map(row).collect::<Vec<_>>());

@@ -11,9 +11,9 @@ pub enum Model {
     /// A Koiter shell on triangles; needs `[shell]`.
     #[default]
     Koiter,
-    /// A Cosserat surface on a grid (seed B); needs `[mesh.grid]` and `[cosserat]`.
+    /// A Cosserat surface on a grid (Wu and de Melo); needs `[mesh.grid]` and `[cosserat]`.
     Cosserat,
-    /// The surface of Terzopoulos, Platt, Barr and Fleischer (1987), with which seed B compares: coordinates count nodes, so its constants
+    /// The surface of Terzopoulos, Platt, Barr and Fleischer (1987), with which Wu and de Melo compare: coordinates count nodes, so its constants
     /// hold for one grid only. Needs `[mesh.grid]` and `[cosserat]`.
     Terzopoulos,
 }
@@ -36,7 +36,7 @@ pub enum GridScheme {
     /// The energy on the grid, differentiated; implicit Euler by Newton's method, or statics. Borders are free. The one to take.
     #[default]
     Variational,
-    /// The paper's semi-implicit finite differences: one linear system a step, stable for some time only. Dynamics only.
+    /// Wu and de Melo's semi-implicit finite differences: one linear system a step, stable for some time only. Dynamics only.
     StrongForm,
 }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Diffusion {
-    /// Layers of prisms through the thickness, 1 to 1000. Seed A has 1, which lets the other side know at once. Default: 8.
+    /// Layers of prisms through the thickness, 1 to 1000. One layer, as Chen et al. (2018) have it, lets the other side know at once. Default: 8.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layers: Option<usize>,
     /// Thickness of the layers. Default: `cosine`.
@@ -115,14 +115,14 @@ pub enum Scheme {
     Sdirk2,
 }
 
-/// What rest laws read at a place. How they become the rest metric of a face is said by `rest.sampling`: its `centroid` is the way of seed A.
+/// What rest laws read at a place. How they become the rest metric of a face is said by `rest.sampling`: its `centroid` is the way of Chen et al. (2018).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Seen {
     /// The value there, linear over each face, so that both faces of an edge agree about its rest length.
     #[default]
     Places,
-    /// The mean of the face, as in seed A. On an edge that is not the value there, so that the sheet is prestressed by its mesh.
+    /// The mean of the face, as in Chen et al. (2018). On an edge that is not the value there, so that the sheet is prestressed by its mesh.
     Faces,
 }
 

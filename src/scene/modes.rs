@@ -9,9 +9,10 @@ use serde::{Deserialize, Serialize};
 pub enum ModeKind {
     /// Small vibrations about the last equilibrium, its stresses included. Needs `density` in [shell].
     Vibration,
-    /// Factors on the loads of the end at which the shell buckles, by the change of stiffness from the first state to the last equilibrium (linear
-    /// buckling); right where the shell hardly moves before, so take a small part of the load that is expected. Does not see [[moment]], which
-    /// has no stiffness.
+    /// Factors on the loads of the end at which the shell buckles: `det (K0 + factor (K1 - K0)) = 0` with the tangent stiffnesses `K0` of the first state
+    /// and `K1` of the last equilibrium. Near the load at which it buckles, factors near 1, this is the point at which the path divides; from a small
+    /// part of it, it includes the first-order change of shape, as programs that keep the stress stiffness alone do not, and for shells that are curved
+    /// before they buckle the factors differ: go nearer until they do not change. Needs `steps` > 0. Does not see [[moment]], which has no stiffness.
     Buckling,
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Statics {
-    /// Steps, 1 to 100000; one that fails is halved. With [modes] also 0: the initial shape is taken as it is.
+    /// Steps, 1 to 100000; one that fails is halved. With [modes] of vibration also 0: the initial shape is taken as it is.
     #[serde(default = "default_steps")]
     pub steps: usize,
     /// End of the process that the equilibria follow [s], > 0. Loads and rest laws are then in force from the start, as in motion, unless they say

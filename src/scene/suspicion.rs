@@ -13,7 +13,7 @@ pub fn suspicions(scene: &Scene) -> Vec<String> {
     let parts = parts.map(|(i, part)| (format!("shell.region.{i}"), [part.thickness, part.youngs_modulus, part.density]));
     for (key, [thickness, modulus, density]) in std::iter::once(whole).chain(parts) {
         if let Some(thickness) = thickness {
-            if thickness > 0.1 {
+            if size.is_none_or(|size| thickness > size / 20.0) && thickness > 0.1 {
                 found.push(format!("{key}.thickness = {thickness} m is thick for a shell; is it in mm?"));
             } else if size.is_some_and(|size| thickness > size / 10.0) {
                 found.push(format!("{key}.thickness = {thickness} m is more than a tenth of the mesh's smaller extent; are both in m?"));

@@ -353,8 +353,9 @@ fn give_up(failure: StepFailure, from: &str, how: &str, folder: &Folder, step: u
         },
         StepFailure::Mechanism(unknown) => Error::Numerical {
             message: format!("the structure is a mechanism: {unknown} moves without resistance"),
-            help: Some("hold it by pins (six for a free body), use [dynamics], or, for a linear mesh one cell wide, two cells; a ribbon thousands of times as long as wide \
-                 or a shell thinner than a ten-millionth of its span is stiff by less than round-off: make it shorter or thicker"
+            help: Some("hold it by pins (six for a free body); what hangs from a hinged edge turns about it freely before its weight stretches it: clamp it \
+                 (director = \"clamped\"), use statics.method = \"dynamic-relaxation\" or [dynamics]; give a linear mesh one cell wide two cells; a ribbon \
+                 thousands of times as long as wide or a shell thinner than a ten-millionth of its span is stiff by less than round-off: make it shorter or thicker"
                     .into()),
         },
         StepFailure::Input { place, reason } => Error::Input { place, message: reason, help: Some(kept) },

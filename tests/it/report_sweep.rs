@@ -270,6 +270,22 @@ fn ladders_vary_the_sampling_and_know_their_order() {
 }
 
 #[test]
+fn tables_of_failures_are_failures() {
+    // Nothing holds it.
+    let free = "[mesh.rectangle]\nsize = [1, 0.2]\ncells = [5, 1]\n[shell]\nthickness = 0.01\nyoungs_modulus = 1e6\npoissons_ratio = 0\n\
+                [[force]]\nregion = \"boundary\"\nforce = [0, 0, 0.01]\n[statics]\nsteps = 1\n[solver]\nmax_halvings = 0\n";
+    let measure = "measure = \"newton-iterations\"";
+    let ladder = Sandbox::new(&format!("{free}[report.ladder]\n{measure}\nresolutions = [1]\n"));
+    let message = ladder.fails(3, &["report", "--ladder", "scene.toml"]);
+    assert!(message.contains("every run of the ladder failed"), "{message}");
+    let sweep = Sandbox::new(&format!(
+        "{free}[[report.sweep]]\nname = \"s\"\nkey = \"shell.thickness\"\nvalues = [0.01, 0.02]\nmeasures = [{{ name = \"n\", {measure} }}]\n"
+    ));
+    let message = sweep.fails(3, &["report", "--sweep", "scene.toml"]);
+    assert!(message.contains("every run of the sweep failed"), "{message}");
+}
+
+#[test]
 fn ladders_expect_nothing_of_runs_they_do_not_make() {
     for (rest, expected) in [
         ("samplings = ['edges']\n[[report.ladder.expect]]\nsampling = 'centroid'\nleast_order = 1\nsource = 'a'", "expect.0.sampling"),

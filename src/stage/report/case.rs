@@ -131,7 +131,8 @@ impl<'a> Case<'a> {
     /// # Errors
     /// [`Error::Io`].
     pub fn steps(&self) -> Result<(Vec<u64>, Vec<f64>, Vec<f64>)> {
-        let steps = self.folder.list()?;
+        // Those that stay: others are there for a crash, and by chance.
+        let steps = Folder::new(&self.job.case, run_stage::inputs(self.job)?).kept()?;
         let of = |name: &str| -> Option<Vec<f64>> {
             let column = self.history.column(name)?;
             Some(

@@ -29,7 +29,7 @@ struct Variant<'a> {
 ///
 /// # Errors
 /// A scene without a ladder, input errors of any combination, [`Error::Missed`] when an expectation of the ladder is. Numerical failures
-/// become rows that say so.
+/// become rows that say so; where all are, an error.
 pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
     let Some((report, ladder)) = job.scene.report.as_ref().and_then(|r| Some((r, r.ladder.as_ref()?))) else {
         return Err(Error::input("report.ladder", format!("{} has no such table", job.scene_file.display())));
@@ -67,6 +67,7 @@ pub fn ladder(job: &Job, json: Option<&Path>) -> Result<()> {
     std::fs::create_dir_all(&job.case).map_err(|e| Error::io("create", &job.case, e))?;
     atomic::write(&job.case.join("ladder.csv"), table::to_csv(&rows).as_bytes())?;
     super::publish(job, "ladder", &table::to_json(&rows), &table::to_markdown(&rows), json)?;
+    super::fail_if_all(rows.iter().map(|row| row.failure.is_some()), "ladder")?;
     let missed = rows.iter().map(|row| row.missed.len()).sum::<usize>();
     if missed == 0 { Ok(()) } else { Err(Error::Missed(format!("expectations of the ladder missed: {missed}"))) }
 }

@@ -122,3 +122,17 @@ fn publish(job: &Job, name: &str, data: &str, table: &str, json: Option<&Path>) 
     }
     print(table.trim_end())
 }
+
+/// [`Error::Numerical`] if all runs of a table failed, so that there is no result in it; says how many did otherwise.
+fn fail_if_all(failed: impl Iterator<Item = bool>, table: &str) -> Result<()> {
+    let failed: Vec<bool> = failed.collect();
+    let number = failed.iter().filter(|failed| **failed).count();
+    if number > 0 && number == failed.len() {
+        let help = Some("the table has the reasons; `thinshell all` shows one of them in full".into());
+        return Err(Error::Numerical { message: format!("every run of the {table} failed"), help });
+    }
+    if number > 0 {
+        log::warn!("{number} of the {} runs of the {table} failed", failed.len());
+    }
+    Ok(())
+}

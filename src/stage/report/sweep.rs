@@ -14,7 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// A scene without a sweep, a value with which the scene is none, before anything runs; [`Error::Missed`] when a limit or an exponent is.
-/// Numerical failures become rows that say so.
+/// Numerical failures become rows that say so; where all are, an error.
 pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
     let sweeps = job.scene.report.as_ref().map_or(&[][..], |r| &r.sweeps);
     if sweeps.is_empty() {
@@ -38,6 +38,7 @@ pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
     }
     let tables: Vec<String> = results.iter().map(Sweep::to_markdown).collect();
     super::publish(job, "sweep", &table::to_json(&job.name(), &results), &tables.join("\n"), json)?;
+    super::fail_if_all(results.iter().flat_map(|s| &s.rows).map(|row| row.failure.is_some()), "sweep")?;
     let missed: Vec<&str> = results.iter().filter(|s| !s.passed()).map(|s| s.name.as_str()).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed(format!("expectations of sweeps missed: {}", missed.join(", ")))) }
 }
