@@ -58,11 +58,10 @@
 //!
 //! # Sources
 //!
-//! "Seed B" is Wu and de Melo, *A Deformable Surface Model on the basis of the Theory of a Cosserat Surface* (formulas by its numbers),
-//! and PHYSICS B says how they are implemented.
-//! "Seed A" in the docs is *Physical Simulation of Moisture Induced Thin Shell Deformation* (anonymous draft, 2018), whose formulas are followed where
-//! they are right. "PHYSICS" and its sections A1 to A6 name the project's collection of formulas as they have to be implemented, with the
-//! draft's misprints mended; what a module takes from it stands in that module's own docs.
+//! Chen et al. 2018: Chen, Sastry, van Rees and Vouga, *Physical Simulation of Environmentally Induced Thin Shell Deformation*, ACM Transactions on
+//! Graphics 37(4); sections are those of its draft, *Physical Simulation of Moisture Induced Thin Shell Deformation*. Its formulas are followed where
+//! they are right; where a sign or a factor in print is not, the module that uses it has the right one. Wu and de Melo: Wu Shin-Ting and Vanio Fragoso de
+//! Melo, *A Deformable Surface Model on the basis of the Theory of a Cosserat Surface*, formulas by its numbers.
 
 // Docs write units in brackets, as in `[m]`; they are not links.
 #![allow(rustdoc::broken_intra_doc_links)]

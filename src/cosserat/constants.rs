@@ -1,4 +1,4 @@
-//! Constants of elasticity and the quadratic form of strains that they make in a rest metric (seed B, (27) to (30)).
+//! Constants of elasticity and the quadratic form of strains that they make in a rest metric (Wu and de Melo, (27) to (30)).
 //!
 //! Strains are `s = (eps_11, eps_12, eps_22, kappa_11, kappa_12, kappa_22)`. The energy per rest area is `1/2 s.C s`, with each mixed component
 //! counted twice, as the sums over `i` and `j` do. Without mixed terms `C` couples `eps_ij` with `kappa_ij` only.

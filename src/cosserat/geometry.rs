@@ -1,4 +1,4 @@
-//! Geometry at one point of a surface from the derivatives of its position (seed B, section 2; PHYSICS B).
+//! Geometry at one point of a surface from the derivatives of its position (Wu and de Melo, section 2).
 //!
 //! Symmetric tensors are arrays of the components 11, 12, 22. [`component`] finds the one of two indices, from 0. Nothing here knows how derivatives are taken.
 

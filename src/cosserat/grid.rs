@@ -11,7 +11,7 @@ use std::ops::{Add, Mul, Sub};
 /// What a difference is that reads a node outside the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
-    /// Zero (seed B, after Terzopoulos and others 1987).
+    /// Zero (Wu and de Melo, after Terzopoulos and others 1987).
     Paper,
     /// That of the nearest place where it exists.
     Symmetric,

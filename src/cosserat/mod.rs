@@ -1,4 +1,4 @@
-//! The deformable surface of seed B: a Cosserat surface on a grid of `p x q` nodes (PHYSICS B).
+//! The deformable surface of Wu and de Melo: a Cosserat surface on a grid of `p x q` nodes.
 //!
 //! - `grid`: nodes, spacing, and differences with the two rules for borders
 //! - `geometry`: metric and curvature tensors, Christoffel symbols, normals by the Gauss formula, covariant derivatives at one point

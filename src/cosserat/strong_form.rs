@@ -1,4 +1,4 @@
-//! The paper's finite differences: `scheme = "strong-form"` (seed B, section 5; PHYSICS B).
+//! The paper's finite differences: `scheme = "strong-form"` (Wu and de Melo, section 5).
 //!
 //! The force per area `-N^i|_i` of a state is written as `l + K r + k`: `l` of the terms of `phi` as a vector, the rest as an operator that is the same for
 //! x, y and z and linear in the next positions, with stresses `N^ij`, `N^3i` and Christoffel symbols of the present ones. Inner first differences are forward,
@@ -425,7 +425,7 @@ mod tests {
         (0..r.len()).map(sum).collect()
     }
 
-    /// Bending waves of a flat sheet: `6 xi (w_xxxx + w_yyyy) + 4 xi w_xxyy`, at second order (PHYSICS B).
+    /// Bending waves of a flat sheet: `6 xi (w_xxxx + w_yyyy) + 4 xi w_xxyy`, at second order.
     #[test]
     fn small_waves_have_the_force_of_the_plate() {
         let constants = Constants { eta: [1.0; 3], xi: [0.01; 3], phi: [0.0; 3] };

@@ -1,4 +1,4 @@
-//! The energy of a Cosserat surface discretised on its grid and differentiated: `scheme = "variational"` (PHYSICS B).
+//! The energy of a Cosserat surface discretised on its grid and differentiated: `scheme = "variational"`.
 //!
 //! Each cell sums its energy over its four corners. There `eps_11` and `eps_22` are those of the two edges that meet and `eps_12` is that of the
 //! cell's centre, which are as many strains as a cell has ways to deform: no mode is free, and bent cells do not lock. `kappa_11` and

@@ -1,4 +1,4 @@
-//! Loads along the normals of a surface of quadrangles, which they follow from step to step: forces on nodes, and a stream (seed B, (36)).
+//! Loads along the normals of a surface of quadrangles, which they follow from step to step: forces on nodes, and a stream (Wu and de Melo, (36)).
 //!
 //! Normals and areas are those of the start of the step, so that a stream is an energy of the step: convex, whatever the surface does.
 

@@ -1,4 +1,4 @@
-//! A surface on a grid with its loads and supports, in statics or in motion (seed B; PHYSICS B).
+//! A surface on a grid with its loads and supports, in statics or in motion (Wu and de Melo).
 //!
 //! The variational scheme is one minimisation a step, as for a shell. Density and damping follow the area by (35): mass is that of the nodes, which is conserved,
 //! and damping grows with the square of the area, since `lambda` is per present area. The area is that at the start of the step.

@@ -1,4 +1,4 @@
-//! One step of the paper's scheme (seed B, (33) to (35)): a linear system for the next positions.
+//! One step of the paper's scheme (Wu and de Melo, (33) to (35)): a linear system for the next positions.
 //!
 //! `A r' = g` with `A = K + mu/dt^2 + lambda/(2 dt)` and `g = f - l - k + (mu/dt^2 + lambda/(2 dt)) r + (mu/dt - lambda/2) v`, all per area, `mu` and
 //! `lambda` rescaled by the area (35). `f` is that of the loads at the positions that the velocities lead to. Everything is taken at the state that the step

@@ -1,4 +1,4 @@
-//! A Koiter shell with its loads, supports and rest driver, in statics or in motion (seed A; PHYSICS A4).
+//! A Koiter shell with its loads, supports and rest driver, in statics or in motion (Chen et al. 2018).
 
 use super::Model;
 use super::reactions::Reactions;

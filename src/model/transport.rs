@@ -1,4 +1,4 @@
-//! What diffuses through a shell, and what it changes: the rest shape, the stiffness, the mass (PHYSICS A4, A5).
+//! What diffuses through a shell, and what it changes: the rest shape, the stiffness, the mass.
 //!
 //! The geometry of the diffusion is that of the rest shape at the start, so it does not depend on how the shell moves, but for wet ground, which asks for
 //! heights of the middle surface at the start of a step. A step of the shell takes the values of its end: the coupling itself has no error in time.

@@ -1,4 +1,4 @@
-//! Diffusion of moisture, or heat, in the volume of a shell: `du/dt = div(D grad u) + s` (seed A, section 4; PHYSICS A5).
+//! Diffusion of moisture, or heat, in the volume of a shell: `du/dt = div(D grad u) + s` (Chen et al. 2018, section 4).
 //!
 //! Six-node prisms are stacked in layers over the faces. With one metric a face, each prism is the product of a triangle and a line: its
 //! stiffness is `A x M_line + M x K_line`, its mass `M x M_line`, with exact integrals. The geometry is that of the rest state, so bending

@@ -1,4 +1,4 @@
-//! Key `model` and table `[cosserat]`: the Cosserat surface of seed B and the surface of Terzopoulos and others, on a grid.
+//! Key `model` and table `[cosserat]`: the Cosserat surface of Wu and de Melo and the surface of Terzopoulos and others, on a grid.
 
 use super::Expr;
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Koiter energy of a shell: membrane and bending, with Kelvin-Voigt damping, for any element (seed A, section 3; PHYSICS A2).
+//! Koiter energy of a shell: membrane and bending, with Kelvin-Voigt damping, for any element (Chen et al. 2018, section 3).
 //!
 //! Per face and integration point, with `S = abar^-1` and `||M||^2 = alpha/2 tr(M)^2 + beta tr(M^2)`:
 //! `w sqrt(det abar) ( h/4 ||S (a - abar)||^2 + h^3/12 ||S (b - bbar)||^2 )`, or what another [`Constitution`] makes of the six forms, and for

@@ -1,4 +1,4 @@
-//! Two layers through the thickness, each isotropic St. Venant-Kirchhoff in plane stress (PHYSICS A2, A3; classical lamination theory).
+//! Two layers through the thickness, each isotropic St. Venant-Kirchhoff in plane stress (classical lamination theory).
 //!
 //! The reference surface is the middle of the whole shell, `z` counts from it along the normal, and the top layer is that at positive `z`.
 //! With `E(z) = (a - abar)/2 - z (b - bbar)` the energy `1/2 int E:Q:E dz` couples membrane and bending where the layers differ. Materials
@@ -79,7 +79,7 @@ pub struct LayerMetric {
 /// forms. `a0`: the initial metric [m2], in which strains are measured.
 ///
 /// Trace and deviator in `a0` separate, each with two equations for its parts of `abar` and `bbar`. Layers of equal moduli and
-/// thickness, without slopes: `abar = (g+ + g-)/2`, `bbar = 3/(4h) (g- - g+)` (PHYSICS A3, `bilayer`).
+/// thickness, without slopes: `abar = (g+ + g-)/2`, `bbar = 3/(4h) (g- - g+)`.
 pub fn rest_forms(layers: &[Layer; 2], own: &[LayerMetric; 2], a0: [f64; 3]) -> Forms {
     let det = a0[0] * a0[2] - a0[1] * a0[1];
     let trace = |m: &[f64; 3]| (a0[2] * m[0] - 2.0 * a0[1] * m[1] + a0[0] * m[2]) / det;

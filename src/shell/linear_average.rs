@@ -1,8 +1,8 @@
-//! Linear triangle whose edge normals are the normalised means of the face normals: 18 coordinates, no angles (seed A, section 3).
+//! Linear triangle whose edge normals are the normalised means of the face normals: 18 coordinates, no angles (Chen et al. 2018, section 3).
 //!
 //! The angle of an edge is half the dihedral angle, and zero on the boundary. The dihedral angle is the sum of the two faces' angles to
 //! any common vector; measured to their mean normal, both faces use the same hinge kernel as free directors do. It does not converge on
-//! irregular meshes (PHYSICS A6) and is here because seed A has it.
+//! irregular meshes and is here because Chen et al. 2018 have it.
 
 use super::director::{Director, initial_directors, orthonormal};
 use super::element::{Element, Strain};

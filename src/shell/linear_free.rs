@@ -1,4 +1,4 @@
-//! Linear triangle with a free director on each edge: 9 coordinates and 3 angles, no neighbours (PHYSICS A1, `free-sin`, `free-tan`).
+//! Linear triangle with a free director on each edge: 9 coordinates and 3 angles, no neighbours.
 //!
 //! The angle of an edge is measured from a frozen unit vector `p`, turning about the edge's own direction (lower to higher vertex). So
 //! a face reads only its own vertices and angles, whatever its neighbours do.

@@ -1,4 +1,4 @@
-//! Inertia of a shell (seed A, section 3; PHYSICS A2, A4).
+//! Inertia of a shell (Chen et al. 2018, section 3).
 //!
 //! Mass is that of the rest forms at the start, `h rho sqrt(det abar)`, and is conserved while the shell swells, but for factors on the faces by
 //! which it follows moisture: what is added comes with the velocity that the shell has there, so it brings momentum and calls forth no force;

@@ -46,7 +46,7 @@ pub enum Constitution {
     /// Isotropic St. Venant-Kirchhoff in plane stress.
     #[default]
     PlaneStress,
-    /// The same with the Lame parameters of a body, as seed A prints them: too stiff by `(1 - nu)^2 / (1 - 2 nu)` in a plate's bending.
+    /// The same with the Lame parameters of a body, as Chen et al. 2018 print them: too stiff by `(1 - nu)^2 / (1 - 2 nu)` in a plate's bending.
     ThreeDimensional,
     /// Orthotropic St. Venant-Kirchhoff in plane stress.
     Orthotropic(Orthotropic),

@@ -1,4 +1,4 @@
-//! Compressible neo-Hookean sheet in plane stress, integrated through the thickness (PHYSICS A2).
+//! Compressible neo-Hookean sheet in plane stress, integrated through the thickness.
 //!
 //! `W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2` with the metric `g(z) = a - 2 z b` of the surfaces parallel to the middle and
 //! `gbar(z) = abar - 2 z bbar` at rest. With `I = tr(gbar^-1 g)` and `D = det g / det gbar` the stretch of the thickness, `t = lambda3^2`, makes the

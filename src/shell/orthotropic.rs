@@ -1,4 +1,4 @@
-//! Orthotropic St. Venant-Kirchhoff law in plane stress, along and across the machine direction (paper; PHYSICS A2).
+//! Orthotropic St. Venant-Kirchhoff law in plane stress, along and across the machine direction of paper.
 //!
 //! The direction is given per face in barycentric components and made a unit vector in the rest metric of each integration point. Where
 //! the direction comes from is not decided here.

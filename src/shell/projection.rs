@@ -1,4 +1,4 @@
-//! Positive semidefinite neighbours of a stress and of a tangent, for the Hessian of a descent (PHYSICS A6).
+//! Positive semidefinite neighbours of a stress and of a tangent, for the Hessian of a descent.
 //!
 //! Both are projected in coordinates in which the rest metric is the identity and curvatures count by the thickness, so that the result
 //! depends neither on the shape of the face nor on units. The projected Hessians of elements are not formed here.

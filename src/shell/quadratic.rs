@@ -1,4 +1,4 @@
-//! Quadratic triangle with free directors: six nodes and two angles an edge, no neighbours (PHYSICS A1b).
+//! Quadratic triangle with free directors: six nodes and two angles an edge, no neighbours.
 //!
 //! Directors stand at the two Gauss points of each edge, shared by its faces, and turn about the edge's tangent there as those of the linear
 //! element do. The first form is the Regge interpolant of that of the nodes, which agrees with it along edges: without it the element

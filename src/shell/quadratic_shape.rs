@@ -1,5 +1,5 @@
 //! Constant tables of the quadratic triangle: shape functions at the points where the element needs them, and the Regge interpolation of
-//! its first form (PHYSICS A1b).
+//! its first form.
 //!
 //! Nodes of a face: vertices 0, 1, 2, then the midpoint of edge `i`, opposite vertex `i`, as node `3 + i`. Coordinates `(x, y)` of the
 //! reference triangle belong to `v1 - v0` and `v2 - v0`. Everything is computed at compile time; nothing here depends on a mesh.

@@ -1,4 +1,4 @@
-//! Newton's method with extrapolated stresses, and descent on the energy where it does not contract (PHYSICS A6).
+//! Newton's method with extrapolated stresses, and descent on the energy where it does not contract.
 //!
 //! The mixed iteration uses, in the geometric part of the Hessian, stresses that follow the linearised law of the last iteration; its
 //! residual is the true one. It takes the thickness out of the iteration count, but promises no descent: when it does not contract, the

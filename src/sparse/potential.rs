@@ -2,7 +2,7 @@
 
 use super::{Numbering, Pattern, System};
 
-/// Which second derivative a Newton iteration asks for (PHYSICS A6).
+/// Which second derivative a Newton iteration asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curvature {
     /// The exact Hessian, with the lagged, linearly extrapolated stresses in its geometric part where a potential has stresses.

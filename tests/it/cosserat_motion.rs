@@ -101,7 +101,7 @@ fn frequency(n: usize, strong: Option<(Border, Divergence)>) -> f64 {
     unreachable!()
 }
 
-/// PHYSICS B: `mu w_tt = -(6 xi (w_xxxx + w_yyyy) + 4 xi w_xxyy)`.
+/// A flat sheet: `mu w_tt = -(6 xi (w_xxxx + w_yyyy) + 4 xi w_xxyy)`.
 #[test]
 fn small_waves_swing_as_those_of_a_plate() {
     let exact = (16.0 * 1e-2 * PI.powi(4)).sqrt();

@@ -1,4 +1,4 @@
-//! What a sealed slab keeps: its content, and values between their bounds (PHYSICS A5).
+//! What a sealed slab keeps: its content, and values between their bounds.
 
 use crate::moisture_support::{MASSES, SCHEMES, always, cell, constant, isotropic, missing, random, rim, side, slab, uniform};
 use nalgebra::{Rotation3, Vector3};

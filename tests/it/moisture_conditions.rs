@@ -1,4 +1,4 @@
-//! What crosses the surface, when and where, and what a resumed run needs (PHYSICS A5).
+//! What crosses the surface, when and where, and what a resumed run needs.
 
 use crate::moisture_support::{MASSES, SCHEMES, always, cell, constant, isotropic, random, rim, side, slab, uniform};
 use nalgebra::Vector3;

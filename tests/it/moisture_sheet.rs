@@ -1,4 +1,4 @@
-//! Diffusion in the sheet against exact solutions, and orders of convergence (PHYSICS A5).
+//! Diffusion in the sheet against exact solutions, and orders of convergence.
 
 use crate::moisture_support::{MASSES, SCHEMES, always, constant, isotropic, order, rim, side, slab, uniform};
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3};

@@ -1,4 +1,4 @@
-//! Diffusion through the thickness against series (PHYSICS A5). Lengths over `h`, times `T = D t / h^2`.
+//! Diffusion through the thickness against series. Lengths over `h`, times `T = D t / h^2`.
 //!
 //! A sheet whose metric swells as `1 + 2 eps u` takes the rest curvature `-6/h^3 int z 2 eps u dz`; over `eps / h` that is the curl,
 //! `-12/h^2 int z u dz`, positive where the bottom is wetter.

@@ -1,4 +1,4 @@
-//! Curvature and bending energy of exact surfaces: sign, value and rate of convergence (seed A, section 3; PHYSICS A1, A2).
+//! Curvature and bending energy of exact surfaces: sign, value and rate of convergence (Chen et al. 2018, section 3).
 
 use crate::physics_case::{Kind, capped, forms, free, matrix, model, principal, rate, rates, rolled, shell, unknowns};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! What the directors of edges promise: freedom from their frames, and folds that do not invert (PHYSICS A1).
+//! What the directors of edges promise: freedom from their frames, and folds that do not invert.
 
 use crate::physics_case::{Kind, forms, free, rolled, shell, unknowns};
 use nalgebra::Vector3;

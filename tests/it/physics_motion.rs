@@ -1,4 +1,4 @@
-//! Motion: free fall, rigid motion, momentum, dissipation and the order of implicit Euler (seed A, section 3; PHYSICS A4).
+//! Motion: free fall, rigid motion, momentum, dissipation and the order of implicit Euler (Chen et al. 2018, section 3).
 
 use crate::physics_case::{Case, Kind, forms, free, points, rate, rolled, run, shell, unknowns};
 use nalgebra::{Rotation3, Vector3};

@@ -1,4 +1,4 @@
-//! The iteration: work that does not depend on the thickness, and steps that fail and recover (PHYSICS A6).
+//! The iteration: work that does not depend on the thickness, and steps that fail and recover.
 
 use crate::physics_case::{Case, rate, run, six_pins};
 use std::f64::consts::PI;

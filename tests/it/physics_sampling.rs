@@ -1,4 +1,4 @@
-//! A rest metric taken by the edges' lengths does not prestress the sheet; taken at centroids it does (PHYSICS A3).
+//! A rest metric taken by the edges' lengths does not prestress the sheet; taken at centroids it does.
 
 use crate::physics_case::{Kind, capped, forms, free, model, shell, unknowns};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! Supports: clamps, hinges, symmetry planes, moved pins, and structures that are not held (PHYSICS A1, A6).
+//! Supports: clamps, hinges, symmetry planes, moved pins, and structures that are not held.
 
 use crate::physics_case::{points, rate, run, try_run};
 use nalgebra::Vector3;

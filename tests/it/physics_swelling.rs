@@ -1,4 +1,4 @@
-//! Swelling laws: which side becomes convex, how far, and along which axis (seed A, section 3; PHYSICS A3).
+//! Swelling laws: which side becomes convex, how far, and along which axis (Chen et al. 2018, section 3).
 
 use crate::physics_case::{Case, matrix, run, set_up, six_pins};
 use nalgebra::{Matrix2, Rotation3, Vector3};

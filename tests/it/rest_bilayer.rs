@@ -1,4 +1,4 @@
-//! Law `bilayer` on shells that are made of two layers (PHYSICS A3): forms of least energy, Timoshenko's bimetal.
+//! Law `bilayer` on shells that are made of two layers: forms of least energy, Timoshenko's bimetal.
 
 use crate::physics_case::{matrix, run, set_up, six_pins};
 use nalgebra::Matrix2;
@@ -66,7 +66,7 @@ fn equal_layers_swell_like_a_shell_of_one_material() {
 }
 
 /// On a curved shell the second forms agree as well; the first ones differ by `h b0 / 12` times the difference of the growths, since the law for
-/// one material (seed A) weights the curvature there as in the second form.
+/// one material (Chen et al. 2018) weights the curvature there as in the second form.
 #[test]
 fn equal_layers_of_a_curved_shell() {
     let scene = |material: &str| {

@@ -1,4 +1,4 @@
-//! Laws driven by a profile through the thickness (PHYSICS A3, A5), against sums over many thin layers and against the laws for two sides.
+//! Laws driven by a profile through the thickness, against sums over many thin layers and against the laws for two sides.
 
 use nalgebra::{Matrix2, Vector3};
 use thinshell::shell::Bilayer;
@@ -100,7 +100,7 @@ fn nothing_swells_without_moisture() {
     }
 }
 
-/// The row `linear` of PHYSICS A3 to first order in the strain: what differs falls with its square. On a curved shell this holds for the second form; the
+/// The law `linear` to first order in the strain: what differs falls with its square. On a curved shell this holds for the second form; the
 /// row weights curvature in the first one three times as much (`h (g- - g+) b0 / 2` for a third of it), by `h b0` times the difference of the growths.
 #[test]
 fn a_linear_profile_is_the_law_linear_to_first_order() {

@@ -67,7 +67,7 @@ fn reframing_changes_nothing_but_the_angles() {
     assert!(x[3 * mesh.vertices.len()..].iter().all(|phi| *phi == 0.0));
 }
 
-/// `free-sin` with directors halfway between the face normals is `average`, on inner edges (PHYSICS A1).
+/// `free-sin` with directors halfway between the face normals is `average`, on inner edges.
 #[test]
 fn free_sin_at_mean_normals_is_average() {
     let mesh = patch();

@@ -271,7 +271,7 @@ fn rest_forms_of_layers_have_the_least_energy() {
     }
 }
 
-/// Equal layers: `abar = (g+ + g-)/2`, `bbar = 3/(4h) (g- - g+)` (PHYSICS A3), and no growth changes nothing.
+/// Equal layers: `abar = (g+ + g-)/2`, `bbar = 3/(4h) (g- - g+)`, and no growth changes nothing.
 #[test]
 fn rest_forms_of_equal_layers() {
     let (a0, b0, h) = ([1.3, 0.4, 0.9], [0.2, -0.1, 0.3], 0.2);

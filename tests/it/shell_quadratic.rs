@@ -340,7 +340,7 @@ fn curl(cells: [usize; 2], thickness: f64) -> (f64, u64) {
     (cylinder_distance(&initial, &now, radius), newton.counters().factorizations)
 }
 
-/// An irregular strip curls to a half cylinder whatever its thickness: no membrane locking (PHYSICS A1b).
+/// An irregular strip curls to a half cylinder whatever its thickness: no membrane locking.
 #[test]
 fn a_thin_strip_curls_without_locking() {
     for thickness in [1e-3, 1e-5] {

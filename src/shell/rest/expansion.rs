@@ -1,4 +1,4 @@
-//! Expansion by a quantity that varies through the thickness: moisture or heat that diffuses (seed A, section 3; PHYSICS A3, A5).
+//! Expansion by a quantity that varies through the thickness: moisture or heat that diffuses (Chen et al. 2018, section 3).
 //!
 //! Each height `z` (from the middle, along the normal) would have the metric `gbar(z) = F^T (a0 - 2 z b0) F`, with `F` the stretch by
 //! `1 + u(z) mu` along and `1 + u(z) mu_perp` across the fibres. The forms are those of the linear metric of least distance,

@@ -1,4 +1,4 @@
-//! Growth that is the same through the thickness: factors on the lengths there are (PHYSICS A3, `isotropic`; seed A, section 5.1).
+//! Growth that is the same through the thickness: factors on the lengths there are (Chen et al. 2018, section 5.1).
 
 use super::machine_direction::{MachineDirection, stretch, stretched};
 use super::{Forms, Impossible, Law, ScalarField, Site};

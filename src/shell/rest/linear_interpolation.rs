@@ -1,4 +1,4 @@
-//! Rest forms of the linear element from a growth law (PHYSICS A3): three edge lengths make a metric.
+//! Rest forms of the linear element from a growth law: three edge lengths make a metric.
 
 use super::super::linear_free::TANGENT;
 use super::{Forms, Impossible, Interpolation, Law, Sampling, Site, admissible, ask, on, place_and_time};

@@ -1,4 +1,4 @@
-//! The machine direction: where the fibres of the material run (seed A, section 3; PHYSICS A3).
+//! The machine direction: where the fibres of the material run (Chen et al. 2018, section 3).
 //!
 //! Laws ask for it at a place; it is shown, and materials take it, per face. Components are barycentric: multiples of `v1 - v0` and `v2 - v0`.
 
@@ -112,8 +112,8 @@ pub(super) fn axes(a: &[f64; 3], d: [f64; 2]) -> Matrix2<f64> {
     Matrix2::from_columns(&[d, perp / perp.dot(&(metric * perp)).sqrt()])
 }
 
-/// `F = Q diag(factors) Q^-1`: the stretch of a tangent vector in barycentric components, by `factors` along `d` and across it. Seed A writes
-/// `T` where the formula needs its inverse (PHYSICS A3).
+/// `F = Q diag(factors) Q^-1`: the stretch of a tangent vector in barycentric components, by `factors` along `d` and across it. Chen et al. (2018) writes
+/// `T` where the formula needs its inverse.
 pub(super) fn stretch(a: &[f64; 3], d: [f64; 2], factors: [f64; 2]) -> Matrix2<f64> {
     let q = axes(a, d);
     q * Matrix2::from_diagonal(&Vector2::from(factors)) * q.transpose() * Matrix2::new(a[0], a[1], a[1], a[2])

@@ -1,4 +1,4 @@
-//! Rest forms: growth laws as functions of a point, and how an element interpolates them (seed A, section 3; PHYSICS A3).
+//! Rest forms: growth laws as functions of a point, and how an element interpolates them (Chen et al. 2018, section 3).
 //!
 //! A [`Law`] says what the rest forms are at one place of one face. An [`Interpolation`] asks it where an element needs it, so that a smooth
 //! law does not prestress the sheet by its mesh; there is one per kind of element. Nothing here stores time.
@@ -125,7 +125,7 @@ fn pulled_back(form: &[f64; 3], t: &[Vector2<f64>; 2]) -> [f64; 3] {
 pub enum Sampling {
     /// In the element's own strain space: both faces of an edge agree about its rest length.
     Edges,
-    /// The law's value at each integration point (seed A). Prestresses the sheet by its mesh.
+    /// The law's value at each integration point (Chen et al. 2018). Prestresses the sheet by its mesh.
     Centroid,
 }
 

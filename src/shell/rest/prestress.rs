@@ -1,4 +1,4 @@
-//! Forms to which given tensors are added, so that the initial shape is under stress (PHYSICS A3, `flat-stress`).
+//! Forms to which given tensors are added, so that the initial shape is under stress.
 
 use super::pullback::plane_form;
 use super::{Components, Forms, Impossible, Law, ScalarField, Site};

@@ -1,4 +1,4 @@
-//! Forms that are given in the xy plane (PHYSICS A3, `pullback`).
+//! Forms that are given in the xy plane.
 
 use super::{Forms, Impossible, Law, ScalarField, Site, pulled_back};
 use nalgebra::{Vector2, Vector3};

@@ -1,4 +1,4 @@
-//! Rest forms of the quadratic element from a growth law (PHYSICS A3): the Regge interpolant of the law's metric, as of the present one.
+//! Rest forms of the quadratic element from a growth law: the Regge interpolant of the law's metric, as of the present one.
 
 use super::super::linear_free::TANGENT as DIRECTION;
 use super::super::quadratic_shape::{POINTS, REGGE, edge_point, gradient, linear, shape};

@@ -1,4 +1,4 @@
-//! Forms of another shape of the same faces (PHYSICS A3, `initial` "of another mesh").
+//! Forms of another shape of the same faces.
 
 use super::{Forms, Impossible, Interpolation, Law, Site};
 use nalgebra::Vector3;

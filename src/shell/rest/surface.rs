@@ -1,4 +1,4 @@
-//! Forms of a surface that is given as a map of the initial shape (seed A, section 3: forms sampled from a target).
+//! Forms of a surface that is given as a map of the initial shape (Chen et al. 2018, section 3: forms sampled from a target).
 
 use super::{Components, Forms, Impossible, Law, Site, pulled_back};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! Swelling that differs between the top and the bottom of the shell (seed A, section 3; PHYSICS A3, `linear`, `bilayer`, `machine-direction`).
+//! Swelling that differs between the top and the bottom of the shell (Chen et al. 2018, section 3).
 
 use super::super::layered::{Bilayer, LayerMetric, rest_forms};
 use super::machine_direction::{MachineDirection, stretch, stretched};
