@@ -47,36 +47,38 @@ impl Derivatives {
         self.first[0] * symbols[0][ij] + self.first[1] * symbols[1][ij]
     }
 
-    /// Normal by the Gauss formula (14), `(r_ij - Gamma^k_ij r_k) / B_ij`, of the component whose curvature `B_ij / sqrt(G_ii G_jj)` is largest;
-    /// none where that is not above `least` [1/m]: the formula says nothing where `B_ij = 0`.
-    pub fn gauss_normal(&self, normal: &Vector3<f64>, least: f64) -> Option<GaussNormal> {
-        let (metric, curvature) = (self.metric(), self.curvature(normal));
-        let size = [metric[0], (metric[0] * metric[2]).sqrt(), metric[2]];
-        let relative = [0, 1, 2].map(|c| (curvature[c] / size[c]).abs());
-        let ij = (0..3).fold(0, |best, c| if relative[c] > relative[best] { c } else { best });
-        if !(relative[ij] > least) {
-            return None;
-        }
-        let symbols = self.christoffel();
-        Some(GaussNormal { ij, curvature: curvature[ij], symbols: [symbols[0][ij], symbols[1][ij]] })
+    /// Normal by the Gauss formula (14), `r_ij - Gamma^k_ij r_k = B_ij n` for three components at once, by least squares in the present metric with the present
+    /// normal as one more equation: `(B^ij (r_ij - Gamma^k_ij r_k) + flat^2 n) / (B^ij B_ij + flat^2)`.
+    ///
+    /// The paper does not say which component to divide by. All of them leave no choice between equal ones, which round-off would make differently on
+    /// the two sides of a symmetric surface. Where curvatures are far below `flat` [1/m] this is the present normal, the paper's rule for `B_ij = 0`.
+    pub fn gauss_normal(&self, normal: &Vector3<f64>, flat: f64) -> GaussNormal {
+        let (metric, b) = (inverse(&self.metric()), self.curvature(normal));
+        let raised = |i: usize, j: usize| {
+            let of = |k: usize, l: usize| metric[component(i, k)] * metric[component(j, l)] * b[component(k, l)];
+            of(0, 0) + (of(0, 1) + of(1, 0)) + of(1, 1)
+        };
+        let weights = [raised(0, 0), 2.0 * raised(0, 1), raised(1, 1)];
+        let sum = (weights[0] * b[0] + weights[2] * b[2]) + weights[1] * b[1] + flat * flat;
+        GaussNormal { weights: weights.map(|w| w / sum), symbols: self.christoffel(), constant: normal * (flat * flat / sum) }
     }
 }
 
-/// The normal as a linear combination of derivatives: `(r_ij - symbols^k r_k) / curvature`.
+/// The normal as a linear function of derivatives: `sum weights_ij (r_ij - symbols^k_ij r_k) + constant`, the mixed component counted twice in its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussNormal {
-    /// Component that it is taken from.
-    pub ij: usize,
-    /// `B_ij` [1/m].
-    pub curvature: f64,
-    /// `Gamma^1_ij`, `Gamma^2_ij`.
-    pub symbols: [f64; 2],
+    /// Weights of the components [m].
+    pub weights: [f64; 3],
+    /// `Gamma^k_ij` as `[k][ij]`.
+    pub symbols: [[f64; 3]; 2],
+    /// The part of the present normal.
+    pub constant: Vector3<f64>,
 }
 
 impl GaussNormal {
     /// The normal of derivatives, those that it was made of or later ones.
     pub fn of(&self, d: &Derivatives) -> Vector3<f64> {
-        (d.second[self.ij] - d.first[0] * self.symbols[0] - d.first[1] * self.symbols[1]) / self.curvature
+        (0..3).map(|ij| (d.second[ij] - d.tangential(&self.symbols, ij)) * self.weights[ij]).sum::<Vector3<f64>>() + self.constant
     }
 }
 
@@ -201,10 +203,32 @@ mod tests {
     fn the_gauss_formula_gives_the_normal_back() {
         let d = derivatives(sphere, 0.3, 0.2);
         let normal = d.normal();
-        let found = d.gauss_normal(&normal, 1e-3).map(|g| g.of(&d));
-        assert!(found.is_some_and(|n| (n - normal).norm() < 1e-9));
+        for flat in [0.0, 1e-3, 0.5, 1e3] {
+            assert!((d.gauss_normal(&normal, flat).of(&d) - normal).norm() < 1e-9);
+        }
+        // Without curvature it is the present one, whatever the derivatives are later.
         let flat = Derivatives { second: d.second.map(|r| r - normal * normal.dot(&r)), ..d };
-        assert_eq!(flat.gauss_normal(&normal, 1e-9), None);
+        let found = flat.gauss_normal(&normal, 1e-3);
+        assert!(found.weights.iter().all(|w| w.abs() < 1e-6) && (found.of(&d) - normal).norm() < 1e-6);
+    }
+
+    /// Which coordinates the normal is taken in does not matter, not even that of another state.
+    #[test]
+    fn the_gauss_formula_has_no_preferred_component() {
+        let [now, later] = [[0.3, 0.2], [0.4, 0.1]].map(|[a, b]| derivatives(sphere, a, b));
+        // r(a1, a2) with a = t a'.
+        let t = [[1.1, 0.3], [-0.2, 0.9]];
+        let turn = |d: &Derivatives| {
+            let first = [0, 1].map(|i| d.first[0] * t[0][i] + d.first[1] * t[1][i]);
+            let at = |i: usize, j: usize| {
+                (0..2).flat_map(|k| (0..2).map(move |l| (k, l))).map(|(k, l)| d.second[component(k, l)] * (t[k][i] * t[l][j])).sum()
+            };
+            Derivatives { first, second: [at(0, 0), at(0, 1), at(1, 1)] }
+        };
+        let normal = now.normal();
+        let of = |now: &Derivatives, later: &Derivatives| now.gauss_normal(&normal, 0.1).of(later);
+        let (one, other) = (of(&now, &later), of(&turn(&now), &turn(&later)));
+        assert!((one - normal).norm() > 1e-2 && (one - other).norm() < 1e-10, "{one} {other}");
     }
 
     /// `div N = (1/sqrt G) d_i (sqrt G N^i)`, and the covariant divergence of the inverse metric vanishes.

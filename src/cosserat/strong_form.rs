@@ -2,8 +2,8 @@
 //!
 //! The force per area `-N^i|_i` of a state is written as `l + K r + k`: `l` of the terms of `phi` as a vector, the rest as an operator that is the same for
 //! x, y and z and linear in the next positions, with stresses `N^ij`, `N^3i` and Christoffel symbols of the present ones. Inner first differences are forward,
-//! outer ones backward; second differences `D+ D-`, the mixed one `D+1 D+2`. The normal is that of the Gauss formula, and where that says nothing,
-//! the present one, which makes the vector `k`.
+//! outer ones backward; second differences `D+ D-`, the mixed one `D+1 D+2`. The normal is that of the Gauss formula, and where that says little,
+//! mostly the present one, which makes the vector `k`.
 //!
 //! With [`Border::Paper`] every difference that reads a node outside is zero, so nodes of the first row and column get no part of the force that
 //! comes through them. With [`Border::Symmetric`] there is no stress outside, and the operator is the mean of this one and its mirror images, with
@@ -46,14 +46,14 @@ const ALL_SENSES: [Senses; 4] = [
     [Sense::Backward, Sense::Backward],
 ];
 
-/// Curvature [1, times the size of the surface] up to which the Gauss formula is not used: there `B_ij` counts as zero.
+/// Curvature [1, times the size of the surface] at which the Gauss formula and the present normal have equal shares: far below it `B_ij` counts as zero.
 const FLAT: f64 = 1e-3;
 
 /// The internal force per area of a state [N/m2]: `K r + constant`, and what is added to it.
 pub struct Operator {
     /// Rows of `K` [N/m3].
     pub rows: Vec<Row>,
-    /// What does not depend on the next positions [N/m2]: normals where the Gauss formula says nothing.
+    /// What does not depend on the next positions [N/m2]: present normals where the Gauss formula says little.
     pub constants: Vec<Vector3<f64>>,
     /// `l` [N/m2].
     pub lagged: Vec<Vector3<f64>>,
@@ -274,8 +274,12 @@ impl StrongForm {
             let correction = geometry::divergence_correction(&p.symbols, &m);
             let transverse: [f64; 2] =
                 [0, 1].map(|j| (0..2).map(|k| self.moment_difference(&points, node, j, k, sense)).sum::<f64>() + correction[j]);
-            // Of terms that are evaluated as a vector the normal is that of (10).
-            let formula = if terms == Terms::Own { p.now.gauss_normal(&p.normal, FLAT / self.size) } else { None };
+            // Of terms that are evaluated as a vector the normal is that of (10), as where there is no metric to take it by.
+            let formula = p.root.filter(|_| terms == Terms::Own).map(|_| p.now.gauss_normal(&p.normal, FLAT / self.size));
+            let (normal, constant) = match &formula {
+                Some(formula) => (self.normal_row(node, formula, sense), formula.constant),
+                None => (Vec::new(), p.normal),
+            };
             fluxes.push([0, 1].map(|i| {
                 if !first[i] {
                     return Default::default();
@@ -285,14 +289,8 @@ impl StrongForm {
                     let stress = n[component(j, i)] - (0..2).map(|k| mixed[j][k] * m[component(i, k)]).sum::<f64>();
                     row.extend(self.first(node, j, sense).into_iter().map(|(at, c)| (at, stress * c)));
                 }
-                let constant = match &formula {
-                    Some(formula) => {
-                        row.extend(self.normal_row(node, formula, sense).into_iter().map(|(at, c)| (at, transverse[i] * c)));
-                        Vector3::zeros()
-                    }
-                    None => p.normal * transverse[i],
-                };
-                (row, constant)
+                row.extend(normal.iter().map(|(at, c)| (*at, transverse[i] * c)));
+                (row, constant * transverse[i])
             }));
         }
         let (mut rows, mut constants) = (vec![Vec::new(); points.len()], vec![Vector3::zeros(); points.len()]);
@@ -326,13 +324,15 @@ impl StrongForm {
         (rows, constants)
     }
 
-    /// The normal by the Gauss formula as a row.
+    /// What the normal by the Gauss formula has of the positions, as a row.
     fn normal_row(&self, node: usize, formula: &GaussNormal, sense: Senses) -> Row {
-        let inverse = 1.0 / formula.curvature;
-        let mut row: Row = self.second(node, formula.ij, sense).into_iter().map(|(at, c)| (at, c * inverse)).collect();
-        for k in 0..2 {
-            let factor = -formula.symbols[k] * inverse;
-            row.extend(self.first(node, k, sense).into_iter().map(|(at, c)| (at, c * factor)));
+        let mut row = Vec::new();
+        for (ij, weight) in formula.weights.into_iter().enumerate() {
+            row.extend(self.second(node, ij, sense).into_iter().map(|(at, c)| (at, c * weight)));
+            for k in 0..2 {
+                let factor = -formula.symbols[k][ij] * weight;
+                row.extend(self.first(node, k, sense).into_iter().map(|(at, c)| (at, c * factor)));
+            }
         }
         row
     }
