@@ -76,6 +76,10 @@ impl super::Load for DeadLoad {
         }
     }
 
+    fn follows_mass(&self) -> bool {
+        self.weight.is_some()
+    }
+
     fn fault(&self, time: f64, _factor: f64) -> Option<(&'static str, String)> {
         let weight = self.weight.as_ref()?;
         not_finite(weight.places.iter(), time, |p| (weight.acceleration)(p, time).sum()).map(|reason| ("acceleration", reason))

@@ -40,6 +40,11 @@ pub trait Load: crate::sparse::Potential {
     /// Sets the mass that each node carries [kg]; weight follows it, other loads do not.
     fn set_masses(&mut self, _masses: &[f64]) {}
 
+    /// Whether it is proportional to mass.
+    fn follows_mass(&self) -> bool {
+        false
+    }
+
     /// Starts a step of motion to `time` [s] of size `dt` [s] from the unknowns `x`.
     fn start_step(&mut self, _x: &[f64], _time: f64, _dt: f64) {}
 

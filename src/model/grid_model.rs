@@ -8,7 +8,7 @@ use super::grid_step::{From, Strong};
 use super::shell_model::{AppliedLoad, HeldUnknown, StepFailure, StepReport};
 use crate::cosserat::{CosseratSurface, Grid};
 use crate::error::Result;
-use crate::load::{Drag, cell_area};
+use crate::load::{Drag, Load, cell_area};
 use crate::shell::Inertial;
 use crate::snapshot::{Association, Field, Snapshot};
 use crate::solve::{Counters, Failure, Newton, Settings, Solved};
@@ -220,7 +220,7 @@ impl GridModel {
         let areas = node_shares(&self.quadrangles, &self.x);
         let held = held(&self.parts.held, &self.stuck, self.x.len());
         let Some(strong) = &mut self.parts.strong else { return Err(StepFailure::Equations("there is no scheme".into())) };
-        let loads: Vec<&dyn Potential> = self.parts.loads.iter().map(|load| &*load.potential as &dyn Potential).collect();
+        let loads: Vec<&dyn Load> = self.parts.loads.iter().map(|load| &*load.potential).collect();
         let from = From { x: &self.x, v: &self.v, dt, areas: &areas, held: &held, targets };
         let (next, residual) = strong.step(&from, &loads).map_err(|e| StepFailure::Equations(e.to_string()))?;
         let increment = next.iter().zip(&self.x).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
