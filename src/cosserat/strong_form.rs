@@ -52,7 +52,7 @@ const FLAT: f64 = 1e-3;
 
 /// The internal force per area of a state [N/m2]: `K r + constant`, and what is added to it.
 pub struct Operator {
-    /// Rows of `K` [N/m3].
+    /// Rows of `K` [N/m3]; per area at rest for constants that the metric does not scale.
     pub rows: Vec<Row>,
     /// What does not depend on the next positions [N/m2]: present normals where the Gauss formula says little.
     pub constants: Vec<Vector3<f64>>,
@@ -346,7 +346,7 @@ impl StrongForm {
         row
     }
 
-    /// `-D_i (alpha_ij D_j r) + D_ij (beta_ij D_ij r)` over the area of a node, with `alpha = 4 Phi (G - G0)` and `beta = 2 Psi (B - B0)`: (2) varied, with
+    /// `-D_i (alpha_ij D_j r) + D_ij (beta_ij D_ij r)` over the area of a node at rest, with `alpha = 4 Phi (G - G0)` and `beta = 2 Psi (B - B0)`: (2) varied, with
     /// second derivatives in the place of normals, as there: where the surface bends away from its normal that pushes it on, and
     /// its mixed part is not that of the mirror image.
     fn terzopoulos(&self, r: &[Vector3<f64>], sense: Senses) -> Vec<Row> {
@@ -359,23 +359,27 @@ impl StrongForm {
             let (b, b0) = (now.curvature(&now.normal()), rest.curvature(&rest.normal()));
             let (first, second) = self.exists(node, sense);
             let operators: [Row; 2] = [0, 1].map(|k| if first[k] { self.first(node, k, sense) } else { Vec::new() });
-            let mut add = |left: &Row, right: &Row, factor: f64| {
-                for (at, c) in left {
-                    let outside = self.border == Border::Paper && self.loses(*at, node);
-                    if !outside {
-                        rows[*at].extend(right.iter().map(|(n, d)| (*n, factor * c * d / self.areas[*at])));
-                    }
+            let mut add = |left: &Row, right: &Row, factor: f64, lost: &dyn Fn([usize; 2]) -> bool| {
+                for (at, c) in left.iter().filter(|(at, _)| self.border != Border::Paper || !lost(self.grid.place(*at))) {
+                    rows[*at].extend(right.iter().map(|(n, d)| (*n, factor * c * d / self.areas[*at])));
                 }
             };
+            // Which nodes the outer difference leaves without force where it reads a node outside: D-, D+ D-, and D-1 D-2.
+            let back = |k: usize| move |at: [usize; 2]| at[k] == 0;
+            let both = |k: usize| move |at: [usize; 2]| at[k] == 0 || at[k] == self.grid.nodes[k] - 1;
             for i in 0..2 {
                 for j in 0..2 {
                     let c = component(i, j);
                     if first[i] && first[j] {
-                        add(&operators[i], &operators[j], 4.0 * constants.eta[c] * (g[c] - g0[c]));
+                        add(&operators[i], &operators[j], 4.0 * constants.eta[c] * (g[c] - g0[c]), &back(i));
                     }
                     if second[c] {
-                        let operator = self.second(node, c, sense);
-                        add(&operator, &operator, 2.0 * constants.xi[c] * (b[c] - b0[c]));
+                        let (operator, factor) = (self.second(node, c, sense), 2.0 * constants.xi[c] * (b[c] - b0[c]));
+                        if i == j {
+                            add(&operator, &operator, factor, &both(i));
+                        } else {
+                            add(&operator, &operator, factor, &|at| at.contains(&0));
+                        }
                     }
                 }
             }
@@ -383,10 +387,9 @@ impl StrongForm {
         rows
     }
 
-    /// Whether a backward difference at a node `at` of the first row or column would have brought it the stress of `node`.
-    fn loses(&self, at: usize, node: usize) -> bool {
-        let (a, n) = (self.grid.place(at), self.grid.place(node));
-        (0..2).any(|k| a[k] == 0 && n[k] == 0)
+    /// Whether density and damping, and with them the force, are per present area (35); with the other model's they stay per coordinates.
+    pub fn is_per_present_area(&self) -> bool {
+        matches!(self.elasticity, Elasticity::Cosserat { .. })
     }
 }
 
@@ -493,7 +496,7 @@ mod tests {
             let (rows, constants) = strong.cosserat(&state, sense, Terms::Own);
             let (mut sum, mut largest) = (Vector3::zeros(), 0.0f64);
             for node in 0..grid.len() {
-                let cells = 1.0 / (strong.share(node, 0) * strong.share(node, 1));
+                let cells: f64 = grid.place(node).iter().map(|at| if *at == 0 || *at == 5 { 0.5 } else { 1.0 }).product();
                 let force = (apply(&rows[node], &state) + constants[node]) * cells * points[node].root.unwrap();
                 sum += force;
                 largest = largest.max(force.norm());
@@ -521,6 +524,29 @@ mod tests {
             let largest = a.iter().fold(0.0f64, |m, f| m.max(f.norm()));
             let off = (0..grid.len()).fold(0.0f64, |m, n| m.max((turned(a[n]) - b[image(n)]).norm()));
             assert!(largest > 1e-3 && (off < 1e-10 * largest) == symmetric, "{border:?} {off} {largest}");
+        }
+    }
+
+    /// The other model: each outer difference is lost only where it is one that reads a node outside, not the forces along a side.
+    #[test]
+    fn forces_along_the_sides_of_the_paper_stay() {
+        let constants = Constants { eta: [2.0; 3], xi: [0.01; 3], phi: [0.0; 3] };
+        let grid = grid(5);
+        let of = |constants, shape: &dyn Fn(f64, f64) -> Vector3<f64>| {
+            let state = positions(&grid, shape);
+            force(&strong(grid, Elasticity::Terzopoulos(constants), Border::Paper, Divergence::Conservative).operator(&state), &state)
+        };
+        // Stretched along 1 by amounts that grow along it: every row has the force of any other.
+        let stretched = of(constants, &|a, b| Vector3::new(a + 0.1 * a * a, b, 0.0));
+        for i in 0..5 {
+            let [side, inner] = [0, 2].map(|j| stretched[grid.node(i, j)].x);
+            assert!((i == 0) == (inner == 0.0) && (side - inner).abs() < 1e-12 * (1.0 + inner.abs()), "{i} {side} {inner}");
+        }
+        // Bent along 1: no second difference along 1 exists at its ends, so no force of it does. The last column has no normal.
+        let bent = of(Constants { eta: [0.0; 3], ..constants }, &|a, b| Vector3::new(a, b, 0.1 * a * a * a));
+        for j in 0..4 {
+            let along = [0, 1, 2, 3, 4].map(|i| bent[grid.node(i, j)].z != 0.0);
+            assert_eq!(along, [false, true, true, true, false]);
         }
     }
 }

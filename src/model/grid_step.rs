@@ -1,9 +1,9 @@
 //! One step of the paper's scheme (Wu and de Melo, (33) to (35)): a linear system for the next positions.
 //!
 //! `A r' = g` with `A = K + mu/dt^2 + lambda/(2 dt)` and `g = f - l - k + (mu/dt^2 + lambda/(2 dt)) r + (mu/dt - lambda/2) v`, all per area, `mu` and
-//! `lambda` rescaled by the area of the surface (35), and weight with `mu`; other loads are spread over the present area of their node. `f` is that of the
-//! loads at the positions that the velocities lead to. Everything is taken at the state that the step
-//! starts from, so positions and velocities are all that the next step reads.
+//! `lambda` rescaled by the area of the surface (35), and weight with `mu`; other loads are spread over the present area of their node. With constants
+//! that the metric does not scale all of this is per rest area. `f` is that of the loads at the positions that the velocities lead to. Everything is taken
+//! at the state that the step starts from, so positions and velocities are all that the next step reads.
 
 use crate::cosserat::StrongForm;
 use crate::error::{Error, Result};
@@ -72,7 +72,11 @@ impl Strong {
         for load in loads {
             load.gradient(&led, if load.follows_mass() { &mut weight } else { &mut system });
         }
-        let ratio = from.areas.iter().sum::<f64>() / self.areas.iter().sum::<f64>();
+        let (ratio, areas) = if self.form.is_per_present_area() {
+            (from.areas.iter().sum::<f64>() / self.areas.iter().sum::<f64>(), from.areas)
+        } else {
+            (1.0, &*self.areas)
+        };
         let (mut rows, mut right) = (operator.rows, Vec::with_capacity(r.len()));
         for node in 0..r.len() {
             let mu = self.masses[node] / self.areas[node] / ratio;
@@ -80,7 +84,7 @@ impl Strong {
             let inertia = mu / (dt * dt) + lambda / (2.0 * dt);
             rows[node].push((node, inertia));
             right.push(std::array::from_fn::<f64, 3, _>(|k| {
-                let load = -system.gradient[3 * node + k] / from.areas[node] - weight.gradient[3 * node + k] / (self.areas[node] * ratio);
+                let load = -system.gradient[3 * node + k] / areas[node] - weight.gradient[3 * node + k] / (self.areas[node] * ratio);
                 let v = from.v[3 * node + k];
                 load - operator.lagged[node][k] - operator.constants[node][k] + inertia * r[node][k] + (mu / dt - 0.5 * lambda) * v
             }));
