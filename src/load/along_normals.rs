@@ -77,9 +77,9 @@ impl Load for NormalLoad {
         (stream && factor < 0.0).then(|| ("factor", format!("is {factor} at t = {time}: a stream's must be >= 0")))
     }
 
-    fn start_step(&mut self, x: &[f64], _time: f64, dt: f64) {
-        let areas = node_areas(&self.quadrangles, x, self.nodes);
-        self.before = x.to_vec();
+    fn start_step(&mut self, [place, origin]: [&[f64]; 2], _time: f64, dt: f64) {
+        let areas = node_areas(&self.quadrangles, place, self.nodes);
+        self.before = origin.to_vec();
         self.dt = dt;
         self.forces = vec![Default::default(); self.nodes];
         match &self.kind {
@@ -147,7 +147,7 @@ mod tests {
         let (numbering, dt) = (Numbering::new(&[false; 12]), 0.25);
         let pattern = Pattern::new(&numbering, &mut |visit| load.stencils(visit))?;
         load.bind(&numbering, &pattern);
-        load.start_step(&x, dt, dt);
+        load.start_step([&x, &x], dt, dt);
         let moved: Vec<f64> = x.iter().enumerate().map(|(i, x)| x + 0.1 * (1.3 * i as f64).sin()).collect();
         let mut system = System::new(&pattern);
         let energy = load.assemble(&moved, Curvature::Mixed, &mut system);
@@ -181,7 +181,7 @@ mod tests {
         let pattern = Pattern::new(&numbering, &mut |visit| load.stencils(visit))?;
         load.bind(&numbering, &pattern);
         load.set_factor(0.5);
-        load.start_step(&x, 0.1, 0.1);
+        load.start_step([&x, &x], 0.1, 0.1);
         let mut system = System::new(&pattern);
         load.gradient(&x, &mut system);
         let root = 0.5f64.sqrt();

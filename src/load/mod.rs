@@ -45,8 +45,9 @@ pub trait Load: crate::sparse::Potential {
         false
     }
 
-    /// Starts a step of motion to `time` [s] of size `dt` [s] from the unknowns `x`.
-    fn start_step(&mut self, _x: &[f64], _time: f64, _dt: f64) {}
+    /// Starts a step of motion. At `time` [s], for which its state is sought, the unknowns will be near `place`, and from unknowns `x` follow
+    /// velocities of `(x - origin) / interval`.
+    fn start_step(&mut self, [_place, _origin]: [&[f64]; 2], _time: f64, _interval: f64) {}
 
     /// What is impossible at a time, with a factor on the load: the name of the key in the table of the load, and the value and place in words.
     fn fault(&self, _time: f64, _factor: f64) -> Option<(&'static str, String)> {

@@ -1,9 +1,10 @@
 //! Drag of the air on a moving surface: per area `density / 2 (c_n |u_n| u_n + c_t |u_t| u_t)`, `u` the velocity of the air relative to the surface,
 //! in its parts along and across the normal.
 //!
-//! Place, area and normal are those of the start of a step, the surface's velocity `(x - x_start) / dt` that of its end. So the drag is the
-//! gradient of a convex potential, the third power of the relative velocities: it never adds energy in still air, at any step size, and its
-//! derivative is exact. The air itself does not feel the surface: there is no wake and no lift but that of the two coefficients.
+//! The surface's velocity is that which the integrator gives the state that it seeks, `(x - x_0) / interval`; place, area and normal are guessed
+//! beforehand: those of the start by implicit Euler, that moved on with its velocities by the methods of second order, so that these keep their
+//! order. So the drag is the gradient of a convex potential, the third power of the relative velocities: in still air it takes energy at any
+//! step size, and its derivative is exact. The air itself does not feel the surface: there is no wake and no lift but that of the two coefficients.
 
 use super::{VectorField, not_finite};
 use crate::math::SurfacePoint;
@@ -17,7 +18,7 @@ struct Frozen {
     normal: Vector3<f64>,
     /// Half the air's density times the area [kg/m].
     half: f64,
-    /// Velocity of the air less that which the surface would have at the origin [m/s]: `air + x_start / dt`.
+    /// Velocity of the air less that which the surface would have at the origin [m/s]: `air + x_0 / interval`.
     air: Vector3<f64>,
 }
 
@@ -32,7 +33,8 @@ pub struct Wind<const K: usize, const N: usize> {
     factor: f64,
     /// Initial places, one per face and point, where the field is looked at beforehand.
     places: Vec<Vector3<f64>>,
-    dt: f64,
+    /// Interval [s] by which the way from `x_0` is divided.
+    interval: f64,
     frozen: Vec<Frozen>,
     scatter: Scatter<N>,
 }
@@ -51,7 +53,7 @@ impl<const K: usize, const N: usize> Wind<K, N> {
         let scatter = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
         let at = |face: &[usize; K], point: &SurfacePoint<K>| face.iter().zip(point.shape).map(|(n, s)| positions[*n] * s).sum();
         let places = nodes.iter().flat_map(|face| points.iter().map(move |point| at(face, point))).collect();
-        Wind { nodes, points, air, density, coefficients, factor: 1.0, places, dt: 1.0, frozen: Vec::new(), scatter }
+        Wind { nodes, points, air, density, coefficients, factor: 1.0, places, interval: 1.0, frozen: Vec::new(), scatter }
     }
 
     fn stencil(nodes: &[usize; K]) -> [usize; N] {
@@ -62,7 +64,7 @@ impl<const K: usize, const N: usize> Wind<K, N> {
         self.nodes[face].map(|n| Vector3::new(x[3 * n], x[3 * n + 1], x[3 * n + 2]))
     }
 
-    /// Force [N] at each point of a face and `dt` times its power potential [J]; `visit` gets the point, the force and the relative velocity.
+    /// Force [N] at each point of a face and the interval times its power potential [J]; `visit` gets the point, the force and the relative velocity.
     fn face(&self, face: usize, x: &[f64], mut visit: impl FnMut(&SurfacePoint<K>, Vector3<f64>, &Frozen, Vector3<f64>)) -> f64 {
         let r = self.positions(face, x);
         let count = self.points.len();
@@ -71,11 +73,11 @@ impl<const K: usize, const N: usize> Wind<K, N> {
         let mut energy = 0.0;
         for (point, frozen) in self.points.iter().zip(frozen) {
             let place: Vector3<f64> = r.iter().zip(point.shape).map(|(r, s)| r * s).sum();
-            let u = frozen.air - place / self.dt;
+            let u = frozen.air - place / self.interval;
             let across = frozen.normal * u.dot(&frozen.normal);
             let along = u - across;
             let [n, t] = self.coefficients.map(|c| c * frozen.half * self.factor);
-            energy += self.dt / 3.0 * (n * across.norm().powi(3) + t * along.norm().powi(3));
+            energy += self.interval / 3.0 * (n * across.norm().powi(3) + t * along.norm().powi(3));
             visit(point, across * (n * across.norm()) + along * (t * along.norm()), frozen, u);
         }
         energy
@@ -87,18 +89,18 @@ impl<const K: usize, const N: usize> super::Load for Wind<K, N> {
         self.factor = factor;
     }
 
-    fn start_step(&mut self, x: &[f64], time: f64, dt: f64) {
-        self.dt = dt;
+    fn start_step(&mut self, [place, origin]: [&[f64]; 2], time: f64, interval: f64) {
+        self.interval = interval;
         let mut frozen = std::mem::take(&mut self.frozen);
         frozen.clear();
         for face in 0..self.nodes.len() {
-            let r = self.positions(face, x);
+            let [r, from] = [place, origin].map(|x| self.positions(face, x));
             for point in &self.points {
                 let [r1, r2] = point.slopes.map(|slopes| r.iter().zip(slopes).map(|(r, s)| r * s).sum::<Vector3<f64>>());
-                let place: Vector3<f64> = r.iter().zip(point.shape).map(|(r, s)| r * s).sum();
+                let [place, from] = [&r, &from].map(|r| r.iter().zip(point.shape).map(|(r, s)| r * s).sum::<Vector3<f64>>());
                 let area = r1.cross(&r2);
                 let half = 0.5 * self.density * area.norm() * point.weight;
-                let air = (self.air)(&place, time) + place / dt;
+                let air = (self.air)(&place, time) + from / interval;
                 frozen.push(Frozen { normal: area.try_normalize(0.0).unwrap_or_default(), half, air });
             }
         }
@@ -128,7 +130,7 @@ impl<const K: usize, const N: usize> Potential for Wind<K, N> {
         for face in 0..self.nodes.len() {
             let mut hessian = [[0.0; N]; N];
             self.face(face, x, |point, _, frozen, u| {
-                let [n, t] = self.coefficients.map(|c| c * frozen.half * self.factor / self.dt);
+                let [n, t] = self.coefficients.map(|c| c * frozen.half * self.factor / self.interval);
                 let normal = frozen.normal * frozen.normal.transpose();
                 let across = u.dot(&frozen.normal);
                 let along = u - frozen.normal * across;

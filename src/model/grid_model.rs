@@ -184,7 +184,7 @@ impl GridModel {
                 load.potential.set_factor(factor);
             }
             load.potential.set_time(time);
-            load.potential.start_step(&before, time, dt);
+            load.potential.start_step([&before, &before], time, dt);
         }
         if let Some(drag) = &mut self.parts.drag {
             let ratio = area(&self.quadrangles, &before) / self.initial_area;
@@ -364,7 +364,7 @@ impl Model for GridModel {
                 load.potential.set_factor(factor(snapshot.time));
             }
             load.potential.set_time(snapshot.time);
-            load.potential.start_step(&self.x, snapshot.time, 1.0);
+            load.potential.start_step([&self.x, &self.x], snapshot.time, 1.0);
         }
         if self.stuck.is_empty() { Ok(()) } else { self.renumber().map_err(|e| e.to_string()) }
     }

@@ -314,15 +314,18 @@ impl ShellModel {
                 let (start, interval) = integration.strain_start(stage.time, self.time, || self.parts.shell.forms(&before));
                 self.parts.shell.set_strain_start(start, interval);
             }
+            if !self.parts.loads.is_empty() {
+                let (place, (origin, interval)) = (stage.guess(), integration.velocity(stage));
+                self.parts.loads.iter_mut().for_each(|load| load.potential.start_step([&place, &origin], moment, interval));
+            }
         }
-        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step(&before, moment, moment - self.time));
         let at_stage: Vec<(usize, f64)> = match &stage {
             Some(stage) => targets.iter().map(|&(i, value)| (i, stage.between(before[i], value))).collect(),
             None => targets.clone(),
         };
         let solved = self.equilibrium(&at_stage).map_err(|failure| self.failed(failure))?;
         // Supports are asked while all parts are at the moment of the stage.
-        self.update_reactions();
+        self.update_reactions(moment);
         let error = match stage {
             Some(stage) => self.finish(stage, &targets, time, directors)?,
             None => None,

@@ -118,6 +118,12 @@ impl Stage {
         if self.share == 1.0 { to } else { from + self.share * (to - from) }
     }
 
+    /// Positions [m] at the moment of the state as far as the start tells, to the order of the method.
+    pub fn guess(&self) -> Vec<f64> {
+        let [x, v] = &self.start;
+        if self.formula == Formula::Euler { x.clone() } else { x.iter().zip(v).map(|(x, v)| x + self.share * self.dt * v).collect() }
+    }
+
     /// The value at the end of the step that [`Stage::between`] makes `z` of.
     fn end(&self, from: f64, z: f64) -> f64 {
         if self.share == 1.0 { z } else { from + (z - from) / self.share }
@@ -216,6 +222,26 @@ impl TimeIntegration {
         }
         let further = (alpha_m - alpha_f) * (dt - self.dt) / self.dt;
         last.iter().zip(before).map(|(last, before)| last + further * (last - before)).collect()
+    }
+
+    /// `w` [m] and `d` [s] of the velocity `(z - w) / d` that the formula gives a state `z` at its moment, over the coordinates.
+    pub fn velocity(&self, stage: &Stage) -> (Vec<f64>, f64) {
+        let ([x, v], dt) = (&stage.start, stage.dt);
+        match stage.formula {
+            Formula::Euler => (x.clone(), dt),
+            Formula::Bdf2(r) => {
+                let [a0, a1, a2] = Formula::backward(r);
+                (x.iter().zip(&self.positions).map(|(x, before)| -(a1 * x + a2 * before) / a0).collect(), dt / a0)
+            }
+            Formula::Alpha(alpha_f, alpha_m) => {
+                let [gamma, beta] = Formula::newmark(alpha_f, alpha_m);
+                let of_acceleration = |i: usize| (0.5 * gamma / beta - 1.0) * dt * stage.acceleration.get(i).copied().unwrap_or(0.0);
+                // The velocity of a state that has not moved.
+                let still = |i: usize| v[i] - (1.0 - alpha_f) * (gamma / beta * v[i] + of_acceleration(i));
+                let interval = beta / gamma * dt;
+                ((0..v.len()).map(|i| x[i] - interval * still(i)).collect(), interval)
+            }
+        }
     }
 
     /// Forms at the start and interval [s] whose difference quotient is the rate of strain at a moment [s]. `present`: forms of the present

@@ -20,8 +20,8 @@ pub struct SpreadForce {
 }
 
 /// Drag of the air: per present area `density / 2 (normal |u_n| u_n + tangential |u_t| u_t)`, `u` being the velocity of the air relative to
-/// the surface, `u_n` its part along the normal and `u_t` the rest. The surface's velocity is that of the end of a step (implicit); its place,
-/// area and normal are those of the start (lagged), so that the drag never adds energy in still air. Needs `[dynamics]`.
+/// the surface, `u_n` its part along the normal and `u_t` the rest. The surface's velocity is that of the state that a step seeks (implicit);
+/// its place, area and normal are those of the start, by integrators of second order moved on with its velocities. Needs `[dynamics]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wind {

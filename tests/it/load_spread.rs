@@ -1,7 +1,7 @@
 //! Loads that are spread over faces: forces per area and volume, pressure that varies, wind; alone and in scenes.
 
 use crate::finite_differences::{bind, compare, patch};
-use crate::physics_case::{points, run};
+use crate::physics_case::{points, rate, run};
 use crate::pipeline_support::{DYNAMIC, STATIC, Sandbox};
 use nalgebra::Vector3;
 use thinshell::load::{Load, Pressure, SpreadLoad, SurfacePiece, Wind};
@@ -124,7 +124,7 @@ fn derivatives_of_drag() {
     let mut wind = Wind::<6, 18>::new(faces, quadratic_triangle().to_vec(), &nodes, Box::new(air), 1.3, [1.1, 0.4]);
     let (start, dt) = (flat(&nodes), 0.5);
     assert_eq!(wind.energy(&start), 0.0, "no step has started");
-    wind.start_step(&start, 0.25, dt);
+    wind.start_step([&start, &start], 0.25, dt);
     let x: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + 0.2 * (0.9 * i as f64).sin()).collect();
     compare(&mut wind, &x);
     // A plate that moves with the air feels nothing.
@@ -137,7 +137,7 @@ fn derivatives_of_drag() {
         [1.1, 0.4],
     );
     let start = flat(&mesh.vertices);
-    still.start_step(&start, 0.0, dt);
+    still.start_step([&start, &start], 0.0, dt);
     let along: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + dt * (1 + i % 3) as f64).collect();
     assert!(still.energy(&start) > 1.0 && still.energy(&along) < 1e-12);
 }
@@ -158,6 +158,55 @@ fn a_falling_plate_reaches_its_terminal_velocity() {
                 assert!((v.norm() / exact - 1.0).abs() < 1e-4, "{element}: {v:?} {exact}");
             }
         }
+    }
+}
+
+/// Integrators and their orders.
+const INTEGRATORS: [(&str, f64); 5] = [
+    ("integrator = \"implicit-euler\"", 1.0),
+    ("integrator = \"bdf2\"", 2.0),
+    ("integrator = \"generalised-alpha\"\nspectral_radius = 1.0", 2.0),
+    ("integrator = \"generalised-alpha\"\nspectral_radius = 0.8", 2.0),
+    ("integrator = \"generalised-alpha\"\nspectral_radius = 0.0", 2.0),
+];
+
+/// A rigid sheet that still air stops: `v' = -k v^2`, `v = v_0 / (1 + k v_0 t)`.
+#[test]
+fn still_air_stops_a_sheet_with_the_order_of_the_method() {
+    for (integrator, order) in INTEGRATORS {
+        let errors = [20.0, 40.0, 80.0].map(|steps| {
+            let case = run(&format!(
+                "[mesh.rectangle]\nsize = [0.2, 0.1]\ncells = [2, 1]\n[solver]\ntolerance = 1e-13\n[shell]\nelement = \"linear\"\nthickness = 1e-3\n\
+                 youngs_modulus = 1e9\npoissons_ratio = 0.3\ndensity = 500.0\n[[wind]]\ndensity = 1.0\nnormal = 1.0\n[output]\ninterval = 1.0\n\
+                 [dynamics]\ndt = {:?}\nend = 1.0\nvelocity = [0, 0, 2]\n{integrator}\n",
+                1.0 / steps
+            ));
+            // k = 1 / m, so that k v_0 = 2 / s.
+            (case.end[0].z - 3f64.ln()).abs().max((points(case.states().last().unwrap(), "velocity")[0].z - 2.0 / 3.0).abs())
+        });
+        let rate = rate(&errors);
+        assert!((rate - order).abs() < 0.12 && errors[2] > 1e-6, "{integrator}: {errors:?}, rate {rate}");
+    }
+}
+
+/// A curved patch that turns and bends in the wind, so that its areas and normals change; so soft that steps resolve all its vibrations.
+#[test]
+fn wind_on_a_turning_surface_has_the_order_of_the_method() {
+    for (integrator, order) in INTEGRATORS {
+        let ends = [40.0, 80.0, 160.0].map(|steps| {
+            run(&format!(
+                "[mesh.cylinder]\nradius = 0.05\nlength = 0.06\nangle = 100.0\ncells = [3, 2]\n[solver]\ntolerance = 1e-13\n[shell]\nelement = \"linear\"\n\
+                 thickness = 1e-3\ndensity = 900.0\nyoungs_modulus = 1e3\npoissons_ratio = 0.3\n[[wind]]\ndensity = 200.0\nnormal = 1.0\ntangential = 0.2\n\
+                 velocity = [\"1 + 20*z\", 0, \"2*sin(100*t)\"]\n[output]\ninterval = 0.02\n\
+                 [dynamics]\ndt = {:?}\nend = 0.02\nvelocity = [\"-20*y\", \"20*x\", \"20*y\"]\n{integrator}\n",
+                0.02 / steps
+            ))
+            .end
+        });
+        let differences: Vec<f64> =
+            ends.windows(2).map(|pair| pair[0].iter().zip(&pair[1]).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)).collect();
+        let rate = rate(&differences);
+        assert!((rate - order).abs() < 0.17 && differences[1] > 1e-7, "{integrator}: {differences:?}, rate {rate}");
     }
 }
 
