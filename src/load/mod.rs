@@ -19,7 +19,7 @@ pub use along_normals::{AlongNormals, NormalLoad, cell_area, node_areas};
 pub use dead::DeadLoad;
 pub use drag::Drag;
 pub use moment::EdgeMoment;
-pub use pressure::Pressure;
+pub use pressure::{Pressure, Viewpoint};
 pub use spread::{SpreadLoad, SurfacePiece};
 pub use wind::Wind;
 

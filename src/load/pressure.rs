@@ -1,12 +1,17 @@
 //! Pressure that follows the surface: a force `p n dA` on every piece of it, `n` its present normal.
 //!
 //! The forces are those of the present surface, integrated with the shape functions. Their derivative is symmetric wherever the edge of
-//! the loaded part is held or the part is closed; elsewhere the symmetric part is taken, which costs iterations, not accuracy. The energy is
-//! `-p` times the volume under the surface as seen from the origin, whose gradient is the force except at free edges of the loaded part.
+//! the loaded part is held or the part is closed; elsewhere the symmetric part is taken, which costs iterations, not accuracy.
 //!
-//! A pressure may vary with the present place, as that of a liquid does. Its energy is then minus the flux through the surface of
-//! `x int_0^1 s^2 p(s x) ds`, whose divergence is `p`; three Gauss points along the way make it exact for a pressure of third degree in place. For
-//! others the forces are still exact. The derivative of `p` in place is a central difference.
+//! The energy is minus the flux through the surface of a field whose divergence is `p`: `P (x - x_0) int_0^1 s^(d - 1) p ds` along the way to `x`
+//! from where `P (x - x_0)` is zero, `P` a projection of rank `d`. With `d = 3` that is `p` times the volume seen from `x_0`. When the surface moves
+//! the flux changes by `p` times the volume swept and by an integral along the rim of the loaded part, which is zero where the rim is held, and
+//! where it stays in a plane along which the field is directed: that of a plane of symmetry through `x_0`, or with a normal that `P` takes out, as
+//! two parallel ones need. A part whose rim moves in any other way has no energy; only a line search is given one, the work since it began
+//! by the trapezoidal rule.
+//!
+//! A pressure may vary with the present place, as that of a liquid does. Three Gauss points along the way make its energy exact for a pressure of
+//! third degree in place with `d = 3`. For others the forces are still exact. The derivative of `p` in place is a central difference.
 
 use super::{ScalarField, not_finite};
 use crate::math::SurfacePoint;
@@ -20,6 +25,29 @@ enum Value {
     Uniform(f64),
     /// A field of the present place and of time.
     Field(Field),
+}
+
+/// What the volume under a loaded part is seen from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// A point on every plane of symmetry [m].
+    pub origin: Vector3<f64>,
+    /// Axes of the projection.
+    pub axes: [bool; 3],
+}
+
+impl Viewpoint {
+    /// The origin.
+    pub const ORIGIN: Self = Viewpoint { origin: Vector3::new(0.0, 0.0, 0.0), axes: [true; 3] };
+
+    /// `P (x - x_0)`.
+    fn way(&self, place: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| if self.axes[k] { place[k] - self.origin[k] } else { 0.0 })
+    }
+
+    fn dimension(&self) -> i32 {
+        self.axes.iter().filter(|axis| **axis).count() as i32
+    }
 }
 
 struct Field {
@@ -39,12 +67,17 @@ impl Value {
         }
     }
 
-    /// `int_0^1 s^2 p(s x) ds`.
-    fn moment(&self, place: &Vector3<f64>) -> f64 {
-        match self {
-            Value::Uniform(p) => p / 3.0,
-            Value::Field(field) => GAUSS.iter().map(|(s, w)| w * s * s * (field.value)(&(place * *s), field.time)).sum(),
-        }
+    /// The field whose divergence is the pressure [N/m].
+    fn flux(&self, place: &Vector3<f64>, from: &Viewpoint) -> Vector3<f64> {
+        let (way, dimension) = (from.way(place), from.dimension());
+        let moment = match self {
+            Value::Uniform(p) => p / f64::from(dimension),
+            Value::Field(field) => {
+                let at = |s: f64| (field.value)(&(place - way * (1.0 - s)), field.time);
+                GAUSS.iter().map(|(s, w)| w * s.powi(dimension - 1) * at(*s)).sum()
+            }
+        };
+        way * moment
     }
 
     /// Gradient in place [Pa/m]; none where there is none.
@@ -65,6 +98,10 @@ pub struct Pressure<const K: usize, const N: usize> {
     points: Vec<SurfacePoint<K>>,
     pressure: Value,
     factor: f64,
+    /// None for a part that has no energy.
+    viewpoint: Option<Viewpoint>,
+    /// Without an energy: coordinates of the nodes of each face where a line search began, and the gradient there.
+    search: Vec<([Vector3<f64>; K], [f64; N])>,
     scatter: Scatter<N>,
 }
 
@@ -72,7 +109,27 @@ impl<const K: usize, const N: usize> Pressure<K, N> {
     /// `nodes`: of each loaded face. `points`: quadrature of the element. `pressure`: [Pa], positive along the normal.
     pub fn new(nodes: Vec<[usize; K]>, points: Vec<SurfacePoint<K>>, pressure: f64) -> Self {
         let scatter = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
-        Pressure { nodes, points, pressure: Value::Uniform(pressure), factor: 1.0, scatter }
+        Pressure {
+            nodes,
+            points,
+            pressure: Value::Uniform(pressure),
+            factor: 1.0,
+            viewpoint: Some(Viewpoint::ORIGIN),
+            search: Vec::new(),
+            scatter,
+        }
+    }
+
+    /// The same with its energy seen from elsewhere; none for a part that has none.
+    pub fn seen_from(self, viewpoint: Option<Viewpoint>) -> Self {
+        Pressure { viewpoint, ..self }
+    }
+
+    /// Whether the pressure is finite at a time wherever the energy of the initial shape takes it.
+    pub fn is_finite_beneath(&self, time: f64) -> bool {
+        let (Value::Field(field), Some(from)) = (&self.pressure, &self.viewpoint) else { return true };
+        let finite = |place: &Vector3<f64>, s: f64| (field.value)(&(place - from.way(place) * (1.0 - s)), time).is_finite();
+        field.places.iter().all(|place| GAUSS.iter().all(|(s, _)| finite(place, *s)))
     }
 
     /// The same with a pressure [Pa] that varies with the present place and with time. `positions`: initial, of all nodes [m]. `diameter`: of the
@@ -121,7 +178,13 @@ impl<const K: usize, const N: usize> Pressure<K, N> {
                     gradient[3 * i + k] -= n * force[k];
                 }
             }
-            energy -= self.pressure.moment(&place) * place.dot(&area);
+            if let Some(from) = &self.viewpoint {
+                energy -= self.pressure.flux(&place, from).dot(&area);
+            }
+        }
+        if let Some((start, before)) = self.search.get(face) {
+            let moved = |i: usize| r[i / 3][i % 3] - start[i / 3][i % 3];
+            energy += (0..N).map(|i| 0.5 * (before[i] + gradient[i]) * moved(i)).sum::<f64>();
         }
         (gradient, energy)
     }
@@ -145,7 +208,11 @@ impl<const K: usize, const N: usize> super::Load for Pressure<K, N> {
 
     fn fault(&self, time: f64, _factor: f64) -> Option<(&'static str, String)> {
         let Value::Field(field) = &self.pressure else { return None };
-        not_finite(field.places.iter(), time, |p| (field.value)(p, time)).map(|reason| ("pressure", reason))
+        let on_surface = not_finite(field.places.iter(), time, |p| (field.value)(p, time));
+        let beneath = || {
+            (!self.is_finite_beneath(time)).then(|| format!("is not finite beneath the surface, where its energy takes it, at t = {time}"))
+        };
+        on_surface.or_else(beneath).map(|reason| ("pressure", reason))
     }
 }
 
@@ -165,6 +232,10 @@ impl<const K: usize, const N: usize> Potential for Pressure<K, N> {
     }
 
     fn assemble(&mut self, x: &[f64], curvature: Curvature, into: &mut System) -> f64 {
+        if self.viewpoint.is_none() && curvature == Curvature::Projected {
+            self.search.clear();
+            self.search = (0..self.nodes.len()).map(|face| (self.positions(face, x), self.face(face, x).0)).collect();
+        }
         let energy = self.gradient(x, into);
         // Descent wants a positive semidefinite matrix, which that of a pressure is not.
         if curvature == Curvature::Projected {

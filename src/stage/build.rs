@@ -159,8 +159,8 @@ pub fn shell_model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setu
     let profiles = diffusion::profiles(scene, mesh)?;
     let masses = masses(scene, mesh, topology, setup);
     let positions = mesh.nodes();
-    let loads = loads::build(scene, mesh, topology, &setup.materials, masses.as_ref().map_or(&[], |m| &m.nodes))?;
     let held = held_unknowns(scene, mesh, topology, setup)?;
+    let loads = loads::build(scene, mesh, topology, &setup.materials, masses.as_ref().map_or(&[], |m| &m.nodes), &held)?;
     let follows = scene.moisture.as_ref().is_some_and(|table| table.added_density.is_some());
     let following_mass = masses.as_ref().filter(|_| follows).map(|masses| FollowingMass {
         densities: setup.densities.clone(),

@@ -87,7 +87,8 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
     let area: f64 = shares.iter().sum();
     let spread = |total: f64| -> Vec<f64> { shares.iter().map(|share| total * share / area).collect() };
     let masses = table.mass.map(spread);
-    let mut loads = loads::build(scene, mesh, topology, &[], masses.as_deref().unwrap_or(&[]))?;
+    let held = held_unknowns(scene, mesh, topology, setup)?;
+    let mut loads = loads::build(scene, mesh, topology, &[], masses.as_deref().unwrap_or(&[]), &held)?;
     let mut along = |key: String, kind, factor: &Option<scene::Expr>| -> Result<()> {
         let potential = Box::new(NormalLoad::new(cells.clone(), count, kind));
         let factor = loads::load_factor(scene, &key, factor)?;
@@ -118,7 +119,6 @@ pub fn model(scene: &Scene, mesh: &Mesh, topology: &Topology, setup: &Setup) -> 
         let matrices = masses.iter().map(|mass| [[*mass]]).collect();
         Box::new(Inertia::<1, 3>::new((0..count).map(|n| [n]).collect(), matrices)) as Box<dyn crate::shell::Inertial>
     });
-    let held = held_unknowns(scene, mesh, topology, setup)?;
     let parts = GridParts {
         surface: surface(scene, mesh)?,
         grid,

@@ -4,21 +4,32 @@ use super::build::{expression, field, of_time};
 use super::setup::region;
 use super::supports::{angles_per_edge, first_angle};
 use crate::error::{Error, Result};
-use crate::load::{DeadLoad, EdgeMoment, Load, Pressure, SpreadLoad, SurfacePiece, VectorField, Wind};
+use crate::load::{DeadLoad, EdgeMoment, Load, Pressure, SpreadLoad, SurfacePiece, VectorField, Viewpoint, Wind};
 use crate::math::SurfacePoint;
 use crate::math::quadrature::{GAUSS, GAUSS_2, linear_radon, linear_triangle, quadratic_triangle};
 use crate::mesh::{Mesh, Topology};
-use crate::model::{AppliedLoad, Motion};
+use crate::model::{AppliedLoad, HeldUnknown, Motion};
 use crate::scene::{self, Expr, Scene, SpreadForce};
 use crate::shell::Material;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// All loads of a scene; none of an absent table. `materials`: of each face. `carried`: mass that each node carries [kg], for weight.
+/// Column of the history.
+const PRESSURE_ENERGY: &str = "pressure_energy_J";
+
+/// All loads of a scene; none of an absent table. `materials`: of each face. `carried`: mass that each node carries [kg], for weight. `held`: what
+/// supports hold.
 ///
 /// # Errors
-/// Regions that do not exist or have nothing to load.
-pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, materials: &[Material], carried: &[f64]) -> Result<Vec<AppliedLoad>> {
+/// Regions that do not exist or have nothing to load; a pressure without energy where stable states are asked for.
+pub fn build(
+    scene: &Scene,
+    mesh: &Mesh,
+    topology: &Topology,
+    materials: &[Material],
+    carried: &[f64],
+    held: &[HeldUnknown],
+) -> Result<Vec<AppliedLoad>> {
     let mut loads = Vec::new();
     let mut add = |key: String, energy_name: Option<&'static str>, potential: Box<dyn Load>, factor: &Option<Expr>| -> Result<()> {
         let factor = load_factor(scene, &key, factor)?;
@@ -63,27 +74,44 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, materials: &[Mater
         }
         add(format!("moment.{i}.factor"), None, Box::new(EdgeMoment::new(moments)), &table.factor)?;
     }
+    let mut has_energy = true;
     for (i, table) in scene.pressures.iter().enumerate() {
         let faces = faces(mesh, &format!("pressure.{i}.region"), table.region.as_deref())?;
         let key = format!("pressure.{i}.pressure");
         let parsed = expression(&key, &table.pressure, scene::PLACE_AND_TIME)?;
         let constant = parsed.is_constant().then(|| parsed.eval(&[]));
         let value = || field(&key, &table.pressure, scene::PLACE_AND_TIME);
-        let potential: Box<dyn Load> = if mesh.midpoints.is_empty() {
-            let (nodes, points) = (faces.iter().map(|f| mesh.faces[*f]).collect(), linear_triangle().to_vec());
-            match constant {
-                Some(p) => Box::new(Pressure::<3, 9>::new(nodes, points, p)),
-                None => Box::new(Pressure::<3, 9>::varying(nodes, linear_radon().to_vec(), value()?, &mesh.nodes(), mesh.diameter())),
-            }
+        let view = viewpoint(&faces, mesh, topology, held);
+        let (potential, energy): (Box<dyn Load>, bool) = if mesh.midpoints.is_empty() {
+            let nodes = faces.iter().map(|f| mesh.faces[*f]).collect();
+            let pressure = match constant {
+                Some(p) => Pressure::<3, 9>::new(nodes, linear_triangle().to_vec(), p),
+                None => Pressure::varying(nodes, linear_radon().to_vec(), value()?, &mesh.nodes(), mesh.diameter()),
+            };
+            with_energy(pressure, view)
         } else {
-            let (nodes, points) = (faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect(), quadratic_triangle().to_vec());
-            match constant {
-                Some(p) => Box::new(Pressure::<6, 18>::new(nodes, points, p)),
-                None => Box::new(Pressure::<6, 18>::varying(nodes, points, value()?, &mesh.nodes(), mesh.diameter())),
-            }
+            let nodes = faces.iter().map(|f| six_nodes(mesh, topology, *f)).collect();
+            let points = quadratic_triangle().to_vec();
+            let pressure = match constant {
+                Some(p) => Pressure::<6, 18>::new(nodes, points, p),
+                None => Pressure::varying(nodes, points, value()?, &mesh.nodes(), mesh.diameter()),
+            };
+            with_energy(pressure, view)
         };
+        if !energy && scene.statics.as_ref().is_some_and(|statics| statics.stable) {
+            let why = if view.is_none() {
+                "with edges that are neither held nor in planes of symmetry"
+            } else {
+                "that is not finite beneath the surface"
+            };
+            return Err(Error::input(
+                "statics.stable",
+                format!("needs an energy to tell stable states by, which pressure.{i}, one {why}, has not"),
+            ));
+        }
+        has_energy &= energy;
         let factor = own_factor(&table.factor, parsed.uses("t"));
-        add(format!("pressure.{i}.factor"), Some("pressure_energy_J"), potential, &factor)?;
+        add(format!("pressure.{i}.factor"), Some(PRESSURE_ENERGY), potential, &factor)?;
     }
     for (i, table) in scene.surface_loads.iter().enumerate() {
         let (load, changes) = spread(&format!("surface-load.{i}"), table, mesh, topology, |_| 1.0)?;
@@ -106,7 +134,49 @@ pub fn build(scene: &Scene, mesh: &Mesh, topology: &Topology, materials: &[Mater
         };
         add(format!("wind.{i}.factor"), None, potential, &Some(Expr::Number(1.0)))?;
     }
+    if !has_energy {
+        // One column has the sum of all.
+        loads.iter_mut().filter(|load| load.energy_name == Some(PRESSURE_ENERGY)).for_each(|load| load.energy_name = None);
+    }
     Ok(loads)
+}
+
+/// A pressure with its energy seen from `view`, if it has one there, and whether it has.
+fn with_energy<const K: usize, const N: usize>(pressure: Pressure<K, N>, view: Option<Viewpoint>) -> (Box<dyn Load>, bool)
+where
+    Pressure<K, N>: Load + 'static,
+{
+    let pressure = pressure.seen_from(view);
+    let energy = view.is_some() && pressure.is_finite_beneath(0.0);
+    (Box::new(if energy { pressure } else { pressure.seen_from(None) }), energy)
+}
+
+/// Where the volume under loaded faces is to be seen from for their pressure to have an energy; none where their rim moves otherwise than in
+/// planes of symmetry across the axes.
+fn viewpoint(faces: &[usize], mesh: &Mesh, topology: &Topology, held: &[HeldUnknown]) -> Option<Viewpoint> {
+    let loaded: BTreeSet<usize> = faces.iter().copied().collect();
+    let moves: BTreeMap<usize, bool> = held.iter().map(|h| (h.unknown, h.motion.is_some())).collect();
+    let (positions, near) = (mesh.nodes(), 1e-9 * mesh.diameter());
+    let mut planes: [Vec<f64>; 3] = Default::default();
+    for (e, pair) in topology.edges.iter().enumerate() {
+        if topology.edge_faces[e].iter().flatten().filter(|side| loaded.contains(&side.face)).count() != 1 {
+            continue;
+        }
+        let middle = (!mesh.midpoints.is_empty()).then_some(mesh.vertices.len() + e);
+        let nodes: Vec<usize> = pair.iter().copied().chain(middle).collect();
+        if nodes.iter().all(|n| (0..3).all(|k| moves.contains_key(&(3 * n + k)))) {
+            continue;
+        }
+        let at = |k: usize| positions[nodes[0]][k];
+        let stays = |n: &usize, k: usize| moves.get(&(3 * n + k)) == Some(&false) && (positions[*n][k] - at(k)).abs() <= near;
+        let k = (0..3).find(|k| nodes.iter().all(|n| stays(n, *k)))?;
+        if planes[k].iter().all(|c| (c - at(k)).abs() > near) {
+            planes[k].push(at(k));
+        }
+    }
+    let axes = [0, 1, 2].map(|k| planes[k].len() < 2);
+    let origin = Vector3::from_fn(|k, _| planes[k].first().copied().unwrap_or(0.0));
+    axes.contains(&true).then_some(Viewpoint { origin, axes })
 }
 
 /// The faces of a region, of which there must be some, or all.

@@ -3,8 +3,8 @@
 use crate::finite_differences::{bind, compare, dense, patch};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
-use thinshell::load::{DeadLoad, Load, Pressure};
-use thinshell::math::quadrature::{linear_triangle, quadratic_triangle};
+use thinshell::load::{DeadLoad, Load, Pressure, Viewpoint};
+use thinshell::math::quadrature::{linear_radon, linear_triangle, quadratic_triangle};
 use thinshell::mesh::{Mesh, Topology};
 use thinshell::sparse::{Curvature, Potential, System};
 
@@ -102,6 +102,82 @@ fn the_energy_is_the_volume() {
     let here = shaken(&nodes);
     let there: Vec<f64> = here.iter().enumerate().map(|(i, x)| x + [5.0, -4.0, 3.0][i % 3]).collect();
     assert!(pressure.energy(&here) > 1.5 * exact && (pressure.energy(&here) - pressure.energy(&there)).abs() < 1e-12 * exact);
+}
+
+/// A quarter of a sleeve between planes of symmetry, two of them parallel and none of these through the origin: the force is the gradient of the
+/// energy once that is seen from the right place, and is not from the origin. So it is where one end is held instead.
+#[test]
+fn energy_between_planes_of_symmetry() {
+    let (around, along) = (4, 2);
+    let node = |i: usize, j: usize| i * (along + 1) + j;
+    let mut mesh = Mesh::default();
+    for i in 0..=around {
+        let (sin, cos) = (std::f64::consts::FRAC_PI_2 * i as f64 / around as f64).sin_cos();
+        mesh.vertices.extend((0..=along).map(|j| Vector3::new(cos, sin, 0.3 + 0.1 * j as f64)));
+        let cells = (0..along).filter(|_| i < around);
+        mesh.faces.extend(cells.flat_map(|j| {
+            let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        }));
+    }
+    let topology = Topology::new(&mesh.faces);
+    let middles = topology.edges.iter().map(|[a, b]| mesh.vertices[*a].lerp(&mesh.vertices[*b], 0.5));
+    let nodes: Vec<Vector3<f64>> = mesh.vertices.iter().copied().chain(middles).collect();
+    let middle = |e: usize| mesh.vertices.len() + e;
+    let six = mesh.faces.iter().zip(&topology.face_edges).map(|([a, b, c], [d, e, f])| [*a, *b, *c, middle(*d), middle(*e), middle(*f)]);
+    let six: Vec<[usize; 6]> = six.collect();
+    // The rate of the energy along a movement that the planes allow, and that by the forces, at a place to which such a movement leads.
+    let rates = |pressure: &mut dyn Potential, nodes: &[Vector3<f64>], held_end: bool| {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut movement = || -> Vec<Vector3<f64>> {
+            let of = |p: &Vector3<f64>| {
+                let free = |c: f64| f64::from(u8::from(c.abs() > 1e-9));
+                let end = if held_end { free(p.z - 0.5) } else { 1.0 };
+                let [x, y, z] = [free(p.x), free(p.y), free(p.z - 0.3) * free(p.z - 0.5)];
+                Vector3::new(x, y, z).map(|free| free * end * rng.random_range(-0.05..0.05))
+            };
+            nodes.iter().map(of).collect()
+        };
+        let (way, d) = (movement(), movement());
+        let at = |h: f64| -> Vec<f64> { (0..nodes.len()).flat_map(|n| (nodes[n] + way[n] + d[n] * h).data.0[0]).collect() };
+        let change = (pressure.energy(&at(1e-3)) - pressure.energy(&at(-1e-3))) / 2e-3;
+        let work: f64 = forces(pressure, &at(0.0)).iter().zip(&d).map(|(f, d)| -f.dot(d)).sum();
+        assert!(work.abs() > 1e-4, "{work}");
+        change / work
+    };
+    let slice = Viewpoint { origin: Vector3::zeros(), axes: [true, true, false] };
+    let sector = Viewpoint { origin: Vector3::new(0.0, 0.0, 0.3), axes: [true; 3] };
+    let value = |p: &Vector3<f64>, t: f64| 1.0 + t + p.x - 2.0 * p.z * p.y;
+    let vertices = &mesh.vertices;
+    for (view, held_end, right) in
+        [(slice, false, true), (sector, true, true), (Viewpoint::ORIGIN, false, false), (Viewpoint::ORIGIN, true, false)]
+    {
+        let linear = rates(&mut flat_pressure(&mesh.faces).seen_from(Some(view)), vertices, held_end);
+        let quadratic = rates(&mut curved_pressure(&six).seen_from(Some(view)), &nodes, held_end);
+        let field = Pressure::<3, 9>::varying(mesh.faces.clone(), linear_radon().to_vec(), Box::new(value), vertices, 1.0);
+        let varying = rates(&mut field.seen_from(Some(view)), vertices, held_end);
+        for ratio in [linear, quadratic, varying] {
+            assert!(if right { (ratio - 1.0).abs() < 1e-6 } else { (ratio - 1.0).abs() > 1e-3 }, "{view:?} {held_end}: {ratio}");
+        }
+    }
+    // Without an energy a line search gets the work, to second order.
+    let mut open = flat_pressure(&mesh.faces).seen_from(None);
+    let (pattern, _) = bind(&mut open, 3 * vertices.len());
+    let (start, end) =
+        (shaken(vertices), shaken(&shaken(vertices).chunks_exact(3).map(|p| Vector3::new(p[0], p[1], p[2])).collect::<Vec<_>>()));
+    assert_eq!(open.energy(&start), 0.0);
+    open.assemble(&start, Curvature::Projected, &mut System::new(&pattern));
+    let work = |n: usize| -> f64 {
+        let between = |s: f64| -> Vec<f64> { start.iter().zip(&end).map(|(a, b)| a + s * (b - a)).collect() };
+        let mut open = flat_pressure(&mesh.faces).seen_from(None);
+        let step = |k: usize| {
+            let force = forces(&mut open, &between((k as f64 + 0.5) / n as f64));
+            (0..end.len()).map(|i| -force[i / 3][i % 3] * (end[i] - start[i])).sum::<f64>() / n as f64
+        };
+        (0..n).map(step).sum()
+    };
+    let exact = work(100);
+    assert!(exact.abs() > 1e-3 && (open.energy(&end) - exact).abs() < 0.05 * exact.abs(), "{} {exact}", open.energy(&end));
 }
 
 #[test]
