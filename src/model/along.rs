@@ -102,7 +102,7 @@ impl ShellModel {
         match found {
             Ok(found) if found.t < end => {
                 self.heading = Some(way(&self.x));
-                self.update_reactions();
+                self.update_reactions(found.t);
                 self.step += 1;
                 self.time = found.t;
                 Ok((StepReport { solved: found.solved, error: None }, Some(found)))

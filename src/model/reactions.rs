@@ -14,15 +14,20 @@ pub(super) struct Reactions {
     pattern: Pattern,
     /// Over all unknowns: force [N] on each held coordinate, moment [N m] on each held angle; 0 for the free.
     values: Vec<f64>,
+    /// The time [s] that they are of.
+    pub(super) time: f64,
 }
 
 /// Names of the fields that keep them.
 const FORCE: &str = "reaction";
 const MOMENT: &str = "reaction_moment";
 
+/// The number of a checkpoint that says of what time [s] they are, where that is not its own.
+pub(super) const REACTION_TIME: &str = "reaction_time";
+
 impl Reactions {
-    /// Finds those of the state that the potentials are in. The potentials are bound to all unknowns for that, and back again.
-    pub(super) fn update(&mut self, parts: &mut Parts, newton: &Newton, x: &[f64]) {
+    /// Finds those of the state that the potentials are in, at `time` [s]. The potentials are bound to all unknowns for that, and back again.
+    pub(super) fn update(&mut self, parts: &mut Parts, newton: &Newton, x: &[f64], time: f64) {
         let mut system = System::new(&self.pattern);
         let held: Vec<usize> = parts.held.iter().map(|h| h.unknown).collect();
         let mut list = potentials(parts);
@@ -31,6 +36,7 @@ impl Reactions {
             p.gradient(x, &mut system);
         });
         newton.bind(&mut list);
+        self.time = time;
         self.values.fill(0.0);
         held.into_iter().for_each(|unknown| self.values[unknown] = system.gradient[unknown]);
     }
@@ -60,6 +66,7 @@ impl Reactions {
             return Err(format!("its reactions have {} numbers instead of {}", values.len(), self.values.len()));
         }
         self.values = values;
+        self.time = snapshot.number(REACTION_TIME).unwrap_or(snapshot.time);
         Ok(())
     }
 }
@@ -75,7 +82,7 @@ impl ShellModel {
         let list = potentials(&mut self.parts);
         let pattern = Pattern::new(&numbering, &mut |visit| list.iter().for_each(|p| p.stencils(visit)))?;
         drop(list);
-        self.reactions = Some(Reactions { values: vec![0.0; self.x.len()], numbering, pattern });
+        self.reactions = Some(Reactions { values: vec![0.0; self.x.len()], time: self.time, numbering, pattern });
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (Chen et al. 2018).
 
 use super::Model;
-use super::reactions::Reactions;
+use super::reactions::{REACTION_TIME, Reactions};
 use super::rest_driver::RestDriver;
 use super::time_integration::{Integrator, TimeIntegration};
 use super::transport::{FollowingMass, Transport};
@@ -335,10 +335,10 @@ impl ShellModel {
         Ok(StepReport { solved, error })
     }
 
-    /// Finds what the supports exert on the state that is there, where anybody asks.
-    pub(super) fn update_reactions(&mut self) {
+    /// Finds what the supports exert on the state that is there, at `time` [s], where anybody asks.
+    pub(super) fn update_reactions(&mut self, time: f64) {
         if let Some(reactions) = &mut self.reactions {
-            reactions.update(&mut self.parts, &self.newton, &self.x);
+            reactions.update(&mut self.parts, &self.newton, &self.x, time);
         }
     }
 
@@ -445,6 +445,8 @@ impl ShellModel {
         let relaxed = self.relaxation.map(|_| ("relaxation_iterations", counters.relaxation_iterations));
         let numbers = numbers.into_iter().chain(switches).chain(relaxed).map(|(name, value)| (name.to_string(), value as f64)).collect();
         let mut snapshot = Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers };
+        let earlier = self.reactions.as_ref().map(|reactions| reactions.time).filter(|time| *time != self.time);
+        snapshot.numbers.extend(earlier.map(|time| (REACTION_TIME.to_owned(), time)));
         self.parts.transports.iter().for_each(|transport| transport.put(&mut snapshot));
         if let Some(integration) = &self.integration {
             integration.put(&mut snapshot);

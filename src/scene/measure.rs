@@ -85,15 +85,16 @@ pub enum Measure {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         region: Option<String>,
     },
-    /// Force [N] along one axis that the supports exert on the nodes of a region, those of its edges included. Needs `reactions` in `[output]`.
+    /// Force [N] along one axis that the supports exert on the nodes of a region, those of its edges included; in motion at the time that
+    /// `reactions` in `[output]` tells of, which this needs.
     Reaction {
         /// Name of a region with vertices.
         region: String,
         /// Axis.
         axis: super::Axis,
     },
-    /// Moment [N m] that they exert about an axis through a point: of the forces on the nodes, in their present places, and of the moments on
-    /// the directors.
+    /// Moment [N m] that they exert about an axis through a point: of the forces on the nodes, in their places at the end of the step, and of the
+    /// moments on the directors.
     ReactionMoment {
         /// Name of a region with vertices.
         region: String,

@@ -205,7 +205,8 @@ pub struct Output {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub lowest_mode: bool,
     /// Also keep what the supports exert: fields `reaction` [N] of the nodes, which is exported, and `reaction_moment` [N m] of the directors,
-    /// about their edges. The measures `reaction` and `reaction-moment` need it.
+    /// about their edges. By `generalised-alpha` they are of the moment within the step at which its forces balance, not of its end: half a
+    /// step before that with a spectral radius of 1; checkpoints say which, `reaction_time` [s]. The measures `reaction` and `reaction-moment` need it.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub reactions: bool,
 }

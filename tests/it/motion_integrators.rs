@@ -220,3 +220,20 @@ fn supports_say_the_velocity_of_what_they_hold() {
         }
     }
 }
+
+/// Reactions of methods that balance forces within a step are told to be of that time.
+#[test]
+fn reactions_tell_their_time() {
+    for (integrator, share) in
+        [("integrator = \"bdf2\"", 1.0), ("spectral_radius = 1.0\nintegrator = \"generalised-alpha\"", 0.5), ("spectral_radius = 0.5\nintegrator = \"generalised-alpha\"", 2.0 / 3.0)]
+    {
+        let case = run(&format!(
+            "[mesh.rectangle]\nsize = [0.1, 0.1]\ncells = [2, 2]\n[shell]\nelement = \"linear\"\nthickness = 1e-3\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n\
+             density = 1000.0\n[[pin]]\nregion = \"boundary\"\n[gravity]\nfactor = \"1 + 1000*t\"\n[output]\nreactions = true\n\
+             [dynamics]\ndt = 1e-3\nend = 3e-3\n{integrator}\n"
+        ));
+        let last = case.states().pop().unwrap();
+        let told = last.number("reaction_time");
+        assert!(if share == 1.0 { told.is_none() } else { told.is_some_and(|time| (time - (2.0 + share) * 1e-3).abs() < 1e-15) }, "{integrator}: {told:?}");
+    }
+}
