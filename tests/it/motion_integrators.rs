@@ -10,22 +10,22 @@ const SECOND_ORDER: [&str; 4] = [
     "integrator = \"generalised-alpha\"\nspectral_radius = 0.0\n",
 ];
 
-/// A soft curved patch without supports that flies, turns and vibrates.
+/// A curved patch without supports that flies, turns and vibrates. It is so soft that its fastest vibration, of some 600 1/s, is resolved by all
+/// steps taken here: orders show once `omega dt` is well below 1 for every frequency that moves.
 fn patch(parts: &str, dynamics: &str) -> String {
     format!(
         "[mesh.cylinder]\nradius = 0.05\nlength = 0.06\nangle = 100.0\ncells = [4, 3]\n[solver]\ntolerance = 1e-13\n\
-         [shell]\nelement = \"linear\"\nthickness = 1e-3\ndensity = 900.0\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\nmass = \"lumped\"\n{parts}\
+         [shell]\nelement = \"linear\"\nthickness = 1e-3\ndensity = 900.0\nyoungs_modulus = 1e4\npoissons_ratio = 0.3\nmass = \"lumped\"\n{parts}\
          [dynamics]\n{dynamics}"
     )
 }
 
 const FLYING: &str = "velocity = [\"0.1 - 5*y\", \"5*x\", \"0.2*cos(TAU*x/0.1) + 3*y\"]\n";
 
-/// Largest distances of nodes at the end from the extrapolation of the two finest of runs by `2^k` times `steps` steps, `k = 0 .. 4`, of order 2.
-fn errors(scene: impl Fn(f64) -> String, end: f64, steps: f64) -> Vec<f64> {
-    let ends: Vec<Vec<Vector3<f64>>> = (0..5).map(|k| run(&scene(end / steps / f64::from(1 << k))).end).collect();
-    let exact: Vec<Vector3<f64>> = ends[4].iter().zip(&ends[3]).map(|(fine, coarse)| fine + (fine - coarse) / 3.0).collect();
-    ends[..3].iter().map(|end| end.iter().zip(&exact).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)).collect()
+/// Largest distances of nodes at the end between runs by `steps`, twice and four times as many steps.
+fn differences(scene: impl Fn(f64) -> String, end: f64, steps: f64) -> Vec<f64> {
+    let ends = [1.0, 2.0, 4.0].map(|k| run(&scene(end / steps / k)).end);
+    ends.windows(2).map(|pair| pair[0].iter().zip(&pair[1]).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)).collect()
 }
 
 #[test]
@@ -33,11 +33,10 @@ fn methods_of_second_order_have_it_from_the_first_steps_on() {
     for integrator in SECOND_ORDER {
         for viscosity in ["", "viscosity = 2e-3\n"] {
             let scene = |dt: f64| patch(viscosity, &format!("dt = {dt:?}\nend = 0.004\n{integrator}{FLYING}"));
-            let errors = errors(scene, 0.004, 8.0);
-            println!("{integrator}{viscosity}{errors:?} rate {}", rate(&errors));
-            // Damping faster than a step lets the order come to 2 only slowly.
-            let least = if viscosity.is_empty() { 1.7 } else { 1.6 };
-            assert!((least..2.25).contains(&rate(&errors)) && errors[0] > 1e-6, "{integrator}{viscosity}{errors:?}");
+            let found = differences(scene, 0.004, 16.0);
+            let rate = rate(&found);
+            println!("{integrator}{viscosity}{found:?} rate {rate}");
+            assert!((rate - 2.0).abs() < 0.1 && found[1] > 1e-9, "{integrator}{viscosity}{found:?} rate {rate}");
         }
     }
 }
@@ -52,13 +51,14 @@ fn what_is_prescribed_in_time_keeps_the_order() {
         let scene = |dt: f64| {
             format!(
                 "[mesh.rectangle]\nsize = [0.06, 0.02]\ncells = [4, 2]\n[solver]\ntolerance = 1e-13\n[shell]\nelement = \"linear\"\n\
-                 thickness = 1e-3\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\ndensity = 1000.0\n{parts}\
+                 thickness = 1e-3\nyoungs_modulus = 1e4\npoissons_ratio = 0.3\ndensity = 1000.0\n{parts}\
                  [dynamics]\ndt = {dt:?}\nend = 0.01\n{integrator}"
             )
         };
-        let errors = errors(scene, 0.01, 10.0);
-        println!("{integrator}{errors:?} rate {}", rate(&errors));
-        assert!((1.75..2.3).contains(&rate(&errors)) && errors[0] > 1e-6, "{integrator}{errors:?}");
+        let found = differences(scene, 0.01, 20.0);
+        let rate = rate(&found);
+        println!("{integrator}{found:?} rate {rate}");
+        assert!((rate - 2.0).abs() < 0.1 && found[1] > 1e-8, "{integrator}{found:?} rate {rate}");
     }
 }
 
@@ -97,7 +97,7 @@ fn energy(case: &Case) -> Vec<f64> {
 fn what_a_free_body_keeps() {
     for integrator in SECOND_ORDER {
         let mut drifts = Vec::new();
-        for dt in [2e-4, 1e-4] {
+        for dt in [4e-4, 2e-4] {
             let case = run(&patch("", &format!("dt = {dt:?}\nend = 0.032\n{integrator}{FLYING}")));
             let moments = spin(&case);
             let [first, turn] = moments[0];
@@ -111,10 +111,10 @@ fn what_a_free_body_keeps() {
             if integrator.contains("1.0") {
                 assert!(drift < 1e-9, "{drift:e}");
                 let (least, most) = energy.iter().fold((f64::INFINITY, 0.0f64), |(a, b), e| (a.min(*e), b.max(*e)));
-                assert!(most / least < 1.02 && (last / energy[0] - 1.0).abs() < 0.01, "{least:e} {most:e}");
+                assert!(most / least - 1.0 < 5e-6 * (dt / 4e-4f64).powi(2), "{least:e} {most:e}");
             } else {
-                // It swings by what the step does not resolve.
-                assert!(last < energy[0] * (1.0 + 1e-3));
+                // What these methods do not let grow is another energy, which differs by the second power of the step.
+                assert!(last < energy[0] * (1.0 + 5e-5 * (dt / 4e-4f64).powi(2)));
                 drifts.push(drift);
             }
         }
@@ -224,9 +224,11 @@ fn supports_say_the_velocity_of_what_they_hold() {
 /// Reactions of methods that balance forces within a step are told to be of that time.
 #[test]
 fn reactions_tell_their_time() {
-    for (integrator, share) in
-        [("integrator = \"bdf2\"", 1.0), ("spectral_radius = 1.0\nintegrator = \"generalised-alpha\"", 0.5), ("spectral_radius = 0.5\nintegrator = \"generalised-alpha\"", 2.0 / 3.0)]
-    {
+    for (integrator, share) in [
+        ("integrator = \"bdf2\"", 1.0),
+        ("spectral_radius = 1.0\nintegrator = \"generalised-alpha\"", 0.5),
+        ("spectral_radius = 0.5\nintegrator = \"generalised-alpha\"", 2.0 / 3.0),
+    ] {
         let case = run(&format!(
             "[mesh.rectangle]\nsize = [0.1, 0.1]\ncells = [2, 2]\n[shell]\nelement = \"linear\"\nthickness = 1e-3\nyoungs_modulus = 1e6\npoissons_ratio = 0.3\n\
              density = 1000.0\n[[pin]]\nregion = \"boundary\"\n[gravity]\nfactor = \"1 + 1000*t\"\n[output]\nreactions = true\n\
@@ -234,6 +236,9 @@ fn reactions_tell_their_time() {
         ));
         let last = case.states().pop().unwrap();
         let told = last.number("reaction_time");
-        assert!(if share == 1.0 { told.is_none() } else { told.is_some_and(|time| (time - (2.0 + share) * 1e-3).abs() < 1e-15) }, "{integrator}: {told:?}");
+        assert!(
+            if share == 1.0 { told.is_none() } else { told.is_some_and(|time| (time - (2.0 + share) * 1e-3).abs() < 1e-15) },
+            "{integrator}: {told:?}"
+        );
     }
 }
