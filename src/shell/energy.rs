@@ -201,7 +201,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
             let (stress, e) = self.stress(face, point, &forms[k]);
             *energy += e;
             weights[k] = match curvature {
-                Curvature::Mixed => self.lagged[point],
+                Curvature::Mixed | Curvature::Geometric => self.lagged[point],
                 Curvature::Projected => {
                     let mut w = stress;
                     let rest = self.law.rest(point);
@@ -214,9 +214,13 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
                     *g += stress[i] * j;
                 }
             }
-            self.law.set_rows((face, point, &forms[k]), viscous, semidefinite, &jacobian[k], &mut material[k]);
+            if curvature != Curvature::Geometric {
+                self.law.set_rows((face, point, &forms[k]), viscous, semidefinite, &jacobian[k], &mut material[k]);
+            }
         }
-        add_material_stiffness(&jacobian, &material, E::STRETCHING, hessian);
+        if curvature != Curvature::Geometric {
+            add_material_stiffness(&jacobian, &material, E::STRETCHING, hessian);
+        }
         self.element.hessian(&geometry, &weights, semidefinite, hessian);
     }
 
@@ -232,6 +236,29 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
             self.add_viscous(face, P * face + k, &std::array::from_fn(|i| forms[k][i] + d[i]), &mut stress);
             lagged[k] = stress;
         }
+    }
+
+    /// What the stiffness of the material makes of a movement `v`.
+    #[inline(always)]
+    fn material_forces(&self, face: usize, x: &[f64], v: &[f64]) -> [f64; N] {
+        let viscous = self.damping.as_ref().map_or(0.0, |d| d.ratio);
+        let geometry = self.geometry(face, x);
+        let dv = self.scatter.gather(face, v);
+        let (forms, jacobian) = (self.element.forms(&geometry), self.element.jacobian(&geometry));
+        let mut gradient = [0.0; N];
+        for k in 0..P {
+            let point = P * face + k;
+            let d: Strain = std::array::from_fn(|i| jacobian[k][i].iter().zip(&dv).map(|(j, d)| j * d).sum::<f64>());
+            let (before, after) = (self.law.elastic(face, point, &forms[k]).0, self.law.linearised(face, point, &forms[k], &d));
+            let rate = self.law.small_strain(face, point, &d);
+            for i in 0..6 {
+                let stress = after[i] - before[i] + viscous * rate[i];
+                for (g, j) in gradient.iter_mut().zip(&jacobian[k][i]) {
+                    *g += stress * j;
+                }
+            }
+        }
+        gradient
     }
 
     /// Whether the scatter has been made; before that, stencils are looked up.
@@ -293,6 +320,13 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Potentia
         sum
     }
 
+    fn add_material_forces(&self, x: &[f64], v: &[f64], into: &mut System) {
+        let parts = collect(self.element.faces(), [0.0; N], |faces, parts| self.run(x, faces, Task::MaterialForces(v, parts)));
+        for (face, gradient) in parts.iter().enumerate() {
+            self.scatter.add_gradient(face, gradient, into);
+        }
+    }
+
     fn prepare(&mut self, x: &mut [f64]) {
         self.element.reframe(x);
     }
@@ -319,6 +353,7 @@ enum Task<'a, const N: usize> {
     Gradient(&'a mut [([f64; N], f64)]),
     Assemble(Curvature, &'a mut [Contribution<N>]),
     Extrapolate(&'a [f64], &'a mut [Strain]),
+    MaterialForces(&'a [f64], &'a mut [[f64; N]]),
 }
 
 /// A loop over faces, compiled once more for the wide registers of newer processors; only what is inlined into it gets them. Operations
@@ -339,6 +374,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> pulp::Wi
         match task {
             Task::Energy(into) => faces.zip(into).for_each(|(face, energy)| *energy = shell.energy_of(face, x)),
             Task::Gradient(into) => faces.zip(into).for_each(|(face, part)| *part = shell.gradient_of(face, x)),
+            Task::MaterialForces(v, into) => faces.zip(into).for_each(|(face, part)| *part = shell.material_forces(face, x, v)),
             Task::Assemble(curvature, into) => faces.zip(into).for_each(|(face, part)| shell.set_all(face, x, curvature, part)),
             Task::Extrapolate(dx, into) => {
                 faces.zip(into.chunks_exact_mut(P)).for_each(|(face, part)| shell.extrapolate_stresses(face, x, dx, part));

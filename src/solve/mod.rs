@@ -10,6 +10,7 @@ mod descent;
 mod dynamic_relaxation;
 mod modes;
 mod newton;
+mod refine;
 mod round_off;
 mod stability;
 mod steps;

@@ -84,6 +84,8 @@ pub struct Newton {
     descends: bool,
     /// Whether a first matrix has shown that nothing moves without resistance.
     is_held: bool,
+    /// Smallest pivot of the last factor over its diagonal entry.
+    pub(super) smallest_pivot: f64,
     /// Where unstable equilibria are to be left.
     pub(super) stabilizer: Option<Stabilizer>,
     /// What holds the iteration near a place for the time being.
@@ -121,6 +123,7 @@ impl Newton {
             counters: Counters::default(),
             descends: true,
             is_held: false,
+            smallest_pivot: 1.0,
             stabilizer: None,
             pull: None,
         })
@@ -250,6 +253,7 @@ impl Newton {
         for (value, &unknown) in self.solution.iter().zip(self.numbering.unknowns()) {
             self.dx[unknown as usize] = *value;
         }
+        self.smallest_pivot = done.smallest;
         Ok(done.negative_pivots)
     }
 
@@ -283,6 +287,7 @@ impl Newton {
             if moving {
                 moved.iter().for_each(|&(i, d)| self.dx[i] = d);
             }
+            self.refine(potentials, x, if moving { moved } else { &[] });
             movement = self.movement();
             log::trace!("mixed {iteration}: movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
             if !(self.deformation() < 3.0 * self.settings.diameter) {

@@ -32,10 +32,12 @@ pub struct Pivot {
 }
 
 /// A finished numeric factorisation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refactored {
     /// Number of negative pivots (0 for `L L^T`).
     pub negative_pivots: usize,
+    /// Smallest pivot over the diagonal entry of its row (1 for `L L^T`).
+    pub smallest: f64,
 }
 
 fn out_of_memory() -> Error {
@@ -138,7 +140,7 @@ impl Cholesky {
             }
         }
         if kind == Kind::Llt {
-            return Ok(Refactored { negative_pivots: 0 });
+            return Ok(Refactored { negative_pivots: 0, smallest: 1.0 });
         }
         self.scale.fill(0.0);
         for j in 0..pattern.len() {
@@ -148,17 +150,18 @@ impl Cholesky {
                 self.scale[j] = self.scale[j].max(v);
             }
         }
-        let mut negative_pivots = 0;
+        let (mut negative_pivots, mut smallest) = (0, 1.0f64);
         let mut singular = None;
         self.each_pivot(|index, d| {
             negative_pivots += usize::from(d < 0.0);
             let u = unknown(index);
+            smallest = smallest.min(d.abs() / matrix[pattern.column_start[u] as usize].abs());
             // Round-off leaves about eps of the row's scale where a mechanism's pivot should be zero.
             if !d.is_finite() || d.abs() <= 16.0 * f64::EPSILON * self.scale[u] {
                 singular.get_or_insert(Pivot { unknown: u, zero: d.is_finite() });
             }
         });
-        singular.map_or(Ok(Refactored { negative_pivots }), Err)
+        singular.map_or(Ok(Refactored { negative_pivots, smallest }), Err)
     }
 
     /// Shows each pivot of the last factorisation, in the order of elimination.

@@ -7,6 +7,8 @@ use super::{Numbering, Pattern, System};
 pub enum Curvature {
     /// The exact Hessian, with the lagged, linearly extrapolated stresses in its geometric part where a potential has stresses.
     Mixed,
+    /// The same without the part of the material, which [`Potential::add_material_forces`] makes.
+    Geometric,
     /// A positive semidefinite approximation, for descent on the energy.
     Projected,
 }
@@ -35,6 +37,10 @@ pub trait Potential {
     fn stiffness_along(&self, _x: &[f64], _y: &[f64]) -> f64 {
         0.0
     }
+
+    /// Adds what the part of the Hessian that [`Curvature::Geometric`] leaves out makes of a movement `v`, from its strains: their round-off then
+    /// is that of stresses, which do no work in movements without strain.
+    fn add_material_forces(&self, _x: &[f64], _v: &[f64], _into: &mut System) {}
 
     /// Called before each iteration; may exchange unknowns for equivalent ones (directors), which leaves the state as it is.
     fn prepare(&mut self, _x: &mut [f64]) {}

@@ -78,6 +78,24 @@ pub fn compare(potential: &mut dyn Potential, x: &[f64]) {
         }
         assert!(hessian[i].iter().any(|h| h.abs() > 1e-6 * stiff));
     }
+    compare_parts(potential, x, &hessian);
+}
+
+/// Compares what a Hessian makes of a movement with what its two parts make of it: forces from strains, and the matrix without the material.
+fn compare_parts(potential: &mut dyn Potential, x: &[f64], hessian: &[Vec<f64>]) {
+    let (pattern, mut system) = bind(potential, x.len());
+    potential.assemble(x, Curvature::Geometric, &mut system);
+    let geometric = dense(&pattern, &system.matrix);
+    let v: Vec<f64> = (0..x.len()).map(|i| (0.618_034 * (i + 1) as f64).fract() - 0.5).collect();
+    system.clear();
+    potential.add_material_forces(x, &v, &mut system);
+    let times = |matrix: &[Vec<f64>], i: usize| matrix[i].iter().zip(&v).map(|(m, v)| m * v).sum::<f64>();
+    let scale = (0..x.len()).map(|i| times(hessian, i).abs()).fold(0.0, f64::max);
+    assert!(scale > 0.0);
+    for i in 0..x.len() {
+        let (whole, parts) = (times(hessian, i), times(&geometric, i) + system.gradient[i]);
+        assert!((whole - parts).abs() < 1e-12 * scale, "{i}: {whole} {parts}");
+    }
 }
 
 /// A state up to `reach` away from the initial nodes and from angles zero, with rest forms, `points` a face, and materials that are
