@@ -152,7 +152,7 @@ impl StepControl {
         self.is_large_enough() && f64::from(self.failures) <= self.most_failures(from)
     }
 
-    /// Steps that may fail until `time`: as often as one may be halved for each nominal step, and [`SPARE`] times that wherever they are.
+    /// Steps that may fail until `time`: as often as one may be halved for each nominal step, and four times that wherever they are.
     pub fn most_failures(&self, time: f64) -> f64 {
         let shortest = self.adaptive.and_then(|adaptive| adaptive.shortest);
         let halvings = shortest.map_or(f64::from(self.max_halvings), |shortest| (self.nominal / shortest).log2().ceil());

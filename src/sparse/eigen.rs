@@ -113,6 +113,7 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
     let (mut basis, mut applied): (Vec<Direction>, usize) = (Vec::new(), 0);
     let mut small = DMatrix::<f64>::zeros(0, 0);
     let mut seed = 0;
+    let mut smallest = 0.0f64;
     // Numbers without any symmetry, applied once so that no part is left that `B` does not see.
     let mut fresh = |operator: &mut _, basis: &mut Vec<Direction>, wanted: usize| {
         for _ in 0..wanted {
@@ -161,7 +162,9 @@ pub fn largest(operator: &mut impl SelfAdjoint, size: usize, count: usize, block
         let outside = DMatrix::from_fn(basis.len() - applied, images.len(), |n, j| dot(&basis[applied + n].bq, &images[j]));
         let residual = |k: usize| (&outside * eigen.eigenvectors.view((from, k), (applied - from, 1))).norm();
         let wanted = &order[..count.min(applied)];
-        let least = floor * (-eigen.eigenvalues.min()).max(0.0);
+        // A new start forgets the smallest.
+        smallest = smallest.min(eigen.eigenvalues.min());
+        let least = floor * -smallest;
         // Not before larger ones, if there are any, had a chance to show.
         let small_enough = |k: &usize| floor > 0.0 && steps >= STEPS && eigen.eigenvalues[*k] + residual(*k) < least;
         let found = |k: &usize| residual(*k) <= TOLERANCE * eigen.eigenvalues[*k].abs() + ROUND_OFF * scale || small_enough(k);
