@@ -10,6 +10,10 @@
 //! backward inner and forward outer differences along one coordinate or both. A node on a side has half a cell, so outer differences across the side are
 //! over half the spacing, and what the forces between nodes do to momentum cancels. Neither is the derivative of an energy, and no step is small enough to make them stable for ever.
 //! Time integration is not here.
+//!
+//! `N*` and `M` are the derivatives of (29) as they are printed, as if (29) were the energy per present area. Energy per rest area, which the variational
+//! scheme takes, has these times `sqrt(G_0/G)`: under a uniaxial stretch `lambda` the force through a section is here `lambda` times that of the other, so the two converge
+//! to each other at small strain only.
 
 use super::constants::{Stiffness, stiffness};
 use super::geometry::{self, Derivatives, GaussNormal, component};
