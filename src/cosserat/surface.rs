@@ -304,7 +304,13 @@ fn form(grid: &Grid, elasticity: &Elasticity, values: &[f64; STRAINS]) -> Result
             }
         };
         if !is_positive(&c) {
-            return Err("the energy is not positive for every strain".into());
+            let mut message = "the energy is not positive for every strain".to_owned();
+            if let Elasticity::Cosserat { constants: Constants { eta, xi, phi }, mixed: true } = elasticity {
+                message += &format!(
+                    ": with mixed terms and unequal constants phi^2 < 4 eta xi in each component does not suffice (phi = {phi:?}, eta = {eta:?}, xi = {xi:?})"
+                );
+            }
+            return Err(message);
         }
         for (m, row) in places.iter().zip(c) {
             for (k, c) in places.iter().zip(row) {

@@ -34,7 +34,8 @@ impl RoundTable {
         let share = if above > below { above / (above - below) } else { 0.0 };
         let mut place = before + (after - before) * share;
         place.z = self.centre.z;
-        ((place - self.centre).norm() <= self.radius).then_some(place)
+        // On the rim but for round-off is on the table, or nodes of equal distance would differ.
+        ((place - self.centre).norm() <= self.radius * (1.0 + 1e-12)).then_some(place)
     }
 }
 
@@ -86,7 +87,7 @@ impl GridModel {
     pub fn new(mut parts: GridParts, diameter: f64, tolerance: f64, max_iterations: usize) -> Result<Self> {
         let nodes = parts.positions.len();
         let mut x: Vec<f64> = parts.positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
-        let v = parts.velocities.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+        let mut v: Vec<f64> = parts.velocities.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
         let stuck: Vec<bool> = match &parts.table {
             None => Vec::new(),
             Some(table) => x
@@ -105,6 +106,7 @@ impl GridModel {
                 })
                 .collect(),
         };
+        v.chunks_exact_mut(3).zip(&stuck).filter(|(_, stuck)| **stuck).for_each(|(v, _)| v.fill(0.0));
         let settings = Settings { lengths: 3 * nodes, diameter, tolerance: tolerance * diameter, max_iterations };
         let quadrangles = quadrangles(&parts.grid);
         let held = held(&parts.held, &stuck, 3 * nodes);
@@ -252,8 +254,8 @@ impl GridModel {
 
 impl Model for GridModel {
     fn advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
-        let (x, v) = (self.x.clone(), self.v.clone());
-        self.try_advance(dt, time).inspect_err(|_| (self.x, self.v) = (x, v))
+        let before = (self.x.clone(), self.v.clone(), self.stuck.clone());
+        self.try_advance(dt, time).inspect_err(|_| (self.x, self.v, self.stuck) = before)
     }
 
     fn step(&self) -> u64 {
@@ -431,6 +433,8 @@ mod tests {
         let p = |x: f64, z: f64| Vector3::new(x, 0.1, z);
         assert_eq!(table.touch(&p(1.0, 3.0), &p(1.4, 1.0)), Some(p(1.2, 2.0)));
         assert_eq!(table.touch(&p(1.0, 2.0), &p(1.0, 2.0)), Some(p(1.0, 2.0)));
+        let [rim, out] = [1e-14, 1e-6].map(|e| Vector3::new(1.0 + 0.5 * (1.0 + e), 0.0, 2.0));
+        assert!(rim.x > 1.5 && table.touch(&rim, &rim).is_some() && table.touch(&out, &out).is_none());
         for (before, after) in [((1.0, 3.0), (1.0, 2.5)), ((1.0, 1.0), (1.0, 3.0)), ((1.6, 3.0), (1.6, 1.0)), ((1.0, 1.5), (1.0, 1.0))] {
             assert_eq!(table.touch(&p(before.0, before.1), &p(after.0, after.1)), None);
         }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use thinshell::cosserat::{Border, Constants, CosseratSurface, Divergence, Elasticity, Grid, StrongForm};
 use thinshell::load::Drag;
-use thinshell::model::{GridModel, GridParts, HeldUnknown, Model, Strong, node_shares, quadrangles};
+use thinshell::model::{GridModel, GridParts, HeldUnknown, Model, RoundTable, Strong, node_shares, quadrangles};
 use thinshell::shell::Inertia;
 
 const PI: f64 = std::f64::consts::PI;
@@ -16,6 +16,7 @@ struct Case {
     /// Whether the border is held across the sheet and along it.
     held: bool,
     velocity: fn(f64, f64) -> Vector3<f64>,
+    table: Option<RoundTable>,
 }
 
 const SOFT: Constants = Constants { eta: [4.0; 3], xi: [1e-2; 3], phi: [5e-2; 3] };
@@ -46,7 +47,7 @@ fn model(case: &Case) -> GridModel {
         held: held.map(|unknown| HeldUnknown { unknown, start: x[unknown], motion: None }).collect(),
         velocities: positions.iter().map(|p| (case.velocity)(p.x, p.y)).collect(),
         positions,
-        table: None,
+        table: case.table,
     };
     GridModel::new(parts, 2f64.sqrt(), 1e-11, 30).unwrap()
 }
@@ -58,7 +59,7 @@ fn total(model: &GridModel) -> f64 {
 #[test]
 fn a_damped_free_sheet_loses_energy_in_every_step() {
     let velocity = |x: f64, y: f64| Vector3::new(0.4 * y, -0.3 * x * x, 2.0 * (3.0 * x).sin() * y);
-    let mut model = model(&Case { n: 7, constants: SOFT, damping: Some(0.5), strong: None, held: false, velocity });
+    let mut model = model(&Case { n: 7, constants: SOFT, damping: Some(0.5), strong: None, held: false, velocity, table: None });
     let mut energies = vec![total(&model)];
     for step in 1..=60 {
         model.advance(0.02, 0.02 * f64::from(step)).unwrap();
@@ -71,7 +72,7 @@ fn a_damped_free_sheet_loses_energy_in_every_step() {
 #[test]
 fn a_free_sheet_keeps_its_momentum() {
     let velocity = |x: f64, y: f64| Vector3::new(0.4 * y, -0.3 * x * x, 2.0 * (3.0 * x).sin() * y);
-    let mut model = model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity });
+    let mut model = model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity, table: None });
     let before = model.momentum().unwrap();
     for step in 1..=40 {
         model.advance(0.02, 0.02 * f64::from(step)).unwrap();
@@ -84,7 +85,7 @@ fn a_free_sheet_keeps_its_momentum() {
 fn frequency(n: usize, strong: Option<(Border, Divergence)>) -> f64 {
     let velocity = |x: f64, y: f64| Vector3::z() * (1e-6 * (PI * x).sin() * (PI * y).sin());
     let constants = Constants { phi: [0.0; 3], ..SOFT };
-    let mut model = model(&Case { n, constants, damping: None, strong, held: true, velocity });
+    let mut model = model(&Case { n, constants, damping: None, strong, held: true, velocity, table: None });
     let exact = (16.0 * 1e-2 * PI.powi(4)).sqrt();
     // First order in time, and far finer than in space.
     let dt = 2.0 * PI / exact / 800.0;
@@ -119,7 +120,7 @@ fn the_symmetric_rule_keeps_the_symmetries_of_a_square() {
     let velocity = |x: f64, y: f64| Vector3::z() * (4.0 * (PI * x).sin() * (PI * y).sin());
     for divergence in [Divergence::AsPrinted, Divergence::Conservative] {
         let strong = Some((Border::Symmetric, divergence));
-        let mut model = model(&Case { n, constants: SOFT, damping: Some(0.5), strong, held: false, velocity });
+        let mut model = model(&Case { n, constants: SOFT, damping: Some(0.5), strong, held: false, velocity, table: None });
         for step in 1..=12 {
             model.advance(0.01, 0.01 * f64::from(step)).unwrap();
         }
@@ -144,5 +145,18 @@ fn the_symmetric_rule_keeps_the_symmetries_of_a_square() {
             }
         }
         assert!(moved > 0.05 && off < 1e-8, "{divergence:?} {off} {moved}");
+    }
+}
+
+/// What sticks to a table from the start does not move, whatever the initial velocity.
+#[test]
+fn nodes_on_the_table_start_at_rest() {
+    let table = Some(RoundTable { centre: Vector3::new(0.5, 0.5, 0.0), radius: 0.4 });
+    let velocity = |_: f64, _: f64| Vector3::new(0.1, 0.2, 0.3);
+    let state = model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity, table }).snapshot();
+    let [stuck, v] = ["stuck", "velocity"].map(|name| &state.field(name).unwrap().data);
+    assert!(stuck.contains(&1.0) && stuck.contains(&0.0));
+    for (stuck, v) in stuck.iter().zip(v.chunks_exact(3)) {
+        assert_eq!(v.iter().all(|v| *v == 0.0), *stuck == 1.0);
     }
 }

@@ -148,6 +148,7 @@ fn wrong_scenes() {
     for (from, to, message) in [
         ("phi = 1e-2", "phi = 0.2", "cosserat.phi = 0.2: makes the energy indefinite: phi^2 = 4"),
         ("phi = 1e-2", "phi = [0, 0.1, 0]", "must be below 4 eta xi = 4 x 2.5 x 0.001 = 1e-2 (component 12)"),
+        ("phi = 1e-2", "mixed_terms = true\nphi = [0.108, 0, -0.117]", "phi^2 < 4 eta xi in each component does not suffice (phi = [0.108"),
         ("eta = [3.0, 2.5, 3.5]", "eta = [3.0, 0, 3.5]", "cosserat.eta.1 = 0: must be > 0 [N/m]"),
         ("xi = 1e-3", "xi = \"thin\"", "expected a number or three numbers"),
         ("xi = 1e-3\n", "", "cosserat.xi: this key is missing"),
