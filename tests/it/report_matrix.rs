@@ -86,7 +86,7 @@ fn every_cell_ends_as_it_should() {
 #[test]
 fn what_is_wrong_with_a_cell_is_told() {
     for (from, to, expected, faults) in [
-        ("least = 0.00599999, most = 0.00600001", "most = 0.005", "end 6", 4),
+        ("least = 0.00599999, most = 0.00600001", "most = 0.005", "end 0.006 is more than 0.005", 4),
         ("most_factorizations = 20", "most_factorizations = 1", "factorisations", 4),
         ("[report.matrix]\n", "[report.matrix]\nmost_seconds = 1e-9\n", "did not end within", 7),
         ("ends = \"refused\"\n[[", "[[", "ended with exit code 3: the structure is a mechanism", 1),

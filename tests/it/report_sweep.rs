@@ -88,10 +88,10 @@ fn missed_expectations_exit_with_1() {
     // A limit that only the thinner shells miss.
     let thick = result_of_limit("least = 1e-12", "least = 1e-3");
     let rows = thick["sweeps"][0]["rows"].as_array().unwrap();
-    assert!(rows[0]["missed"][0].as_str().unwrap().contains("is less than 1e-3 (bent against its rest shape)"), "{}", rows[0]);
+    assert!(rows[0]["missed"][0].as_str().unwrap().contains("is less than 0.001 (bent against its rest shape)"), "{}", rows[0]);
     assert!(rows[3].get("missed").is_none(), "{}", rows[3]);
     let high = result_of_limit("least = 1e-12", "most = 1e-3");
-    assert!(high["sweeps"][0]["rows"][3]["missed"][0].as_str().unwrap().contains("is more than 1e-3"));
+    assert!(high["sweeps"][0]["rows"][3]["missed"][0].as_str().unwrap().contains("is more than 0.001"));
 }
 
 fn result_of_limit(from: &str, to: &str) -> Value {

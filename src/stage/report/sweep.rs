@@ -4,7 +4,7 @@ use super::super::{Job, mesh as mesh_stage, setup};
 use super::case::attempt;
 use super::path::Spot;
 use crate::error::{Error, Result};
-use crate::report::{Sweep, SweepFit, SweepRow, sweep as table};
+use crate::report::{Sweep, SweepFit, SweepRow, number, sweep as table};
 use crate::scene::{self, Logarithmic, SweepMeasure, SweepValue};
 use serde_json::Value;
 use std::path::Path;
@@ -163,8 +163,8 @@ pub(super) fn limit(measure: &SweepMeasure, value: Option<f64>) -> Option<String
     let (name, source) = (&measure.name, measure.source.as_deref()?);
     let Some(value) = value else { return Some(format!("{name} has no value ({source})")) };
     match (measure.least, measure.most) {
-        (Some(least), _) if value < least => Some(format!("{name} {value:e} is less than {least:e} ({source})")),
-        (_, Some(most)) if value > most => Some(format!("{name} {value:e} is more than {most:e} ({source})")),
+        (Some(least), _) if value < least => Some(format!("{name} {} is less than {} ({source})", number(value), number(least))),
+        (_, Some(most)) if value > most => Some(format!("{name} {} is more than {} ({source})", number(value), number(most))),
         _ => None,
     }
 }
