@@ -20,10 +20,13 @@ impl ShellModel {
         inertia.start_step(&self.x, &still, 1.0);
         let stiffness = self.newton.hessian(&mut potentials(&mut self.parts), &mut self.x);
         let mass = self.newton.matrix_of(&mut *inertia, &self.x);
-        self.newton.vibration(&stiffness, &mass, count, shift).map_err(|reason| match reason {
+        let mut modes = self.newton.vibration(&stiffness, &mass, count, shift).map_err(|reason| match reason {
             NoModes::Unstable(_) => "the shift does not make the matrix positive definite; take a larger one".to_owned(),
             other => describe(other),
-        })
+        })?;
+        let between = self.newton.between(&mut potentials(&mut self.parts), &mut self.x, &modes);
+        self.newton.settle_vibration(&mut modes, between, &mass);
+        Ok(modes)
     }
 
     /// The lowest factors on the load, above `shift`, at which the shell buckles, by the change of stiffness between two states: without load and
@@ -37,11 +40,18 @@ impl ShellModel {
             self.restore(state)?;
             hessians.push(self.newton.hessian(&mut potentials(&mut self.parts), &mut self.x));
         }
-        self.newton.buckling(&hessians[0], &hessians[1], count, shift).map_err(|reason| match reason {
+        let mut modes = self.newton.buckling(&hessians[0], &hessians[1], count, shift).map_err(|reason| match reason {
             NoModes::Unstable(Some(n)) => format!("at {shift} times the load the shell is unstable already, in {n} directions"),
             NoModes::Unstable(None) => format!("at {shift} times the load the matrix is singular"),
             other => describe(other),
-        })
+        })?;
+        let mut between = Vec::new();
+        for state in states {
+            self.restore(state)?;
+            between.push(self.newton.between(&mut potentials(&mut self.parts), &mut self.x, &modes));
+        }
+        Mode::settle_buckling(&mut modes, &between[0], &between[1], shift);
+        Ok(modes)
     }
 }
 

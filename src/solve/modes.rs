@@ -3,10 +3,14 @@
 //! `K_0` and `K_1` are the Hessians of two equilibria, without load and under it: linear in the load between them, as linear buckling has it, they
 //! include the stiffness of stresses, of following loads and of the first-order change of shape. Sylvester's law of inertia proves that no lower mode was
 //! missed: the negative pivots of the matrix just below the highest value found are as many as the values below.
+//!
+//! The entries of the matrices have the round-off of the stiffness in stretching, and with finer meshes less and less of what bending has is left in them. The
+//! vectors bear that; their values are found anew between them, from strains ([`Newton::between`]).
 
 use super::newton::Newton;
 use crate::sparse::eigen::{Pair, SelfAdjoint, largest, multiply};
 use crate::sparse::{Cholesky, Curvature, Kind, Pattern, Potential, System};
+use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Shift of squared frequencies over the largest stiffness of a coordinate per mass: enough to factor a shell that nothing holds.
 const SHIFT: f64 = 64.0 * f64::EPSILON;
@@ -88,6 +92,44 @@ impl Newton {
         });
         self.assemble(potentials, x, Curvature::Mixed);
         self.system.matrix.clone()
+    }
+
+    /// `v_i.H v_j` between modes, `H` the exact Hessian of the sum of `potentials` at `x`. Its part of the material is formed from the strains of the
+    /// modes, so that its round-off is squared.
+    pub fn between(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64], modes: &[Mode]) -> DMatrix<f64> {
+        potentials.iter_mut().for_each(|p| {
+            p.prepare(x);
+            p.restart(x);
+        });
+        self.assemble(potentials, x, Curvature::Geometric);
+        let still = vec![0.0; x.len()];
+        let vectors: Vec<Vec<f64>> = modes.iter().map(|mode| self.free_part(&mode.vector)).collect();
+        let mut between = DMatrix::zeros(modes.len(), modes.len());
+        for (j, v) in vectors.iter().enumerate() {
+            let forces = self.apply(potentials, x, v, &still);
+            for (i, u) in vectors.iter().enumerate() {
+                between[(i, j)] = u.iter().zip(&forces).map(|(u, f)| u * f).sum();
+            }
+        }
+        (&between + between.transpose()) * 0.5
+    }
+
+    /// The free unknowns of a vector over all.
+    fn free_part(&self, vector: &[f64]) -> Vec<f64> {
+        self.numbering.unknowns().iter().map(|unknown| vector[*unknown as usize]).collect()
+    }
+
+    /// Squared frequencies anew from the stiffness and the matrix `mass` between the modes.
+    pub fn settle_vibration(&self, modes: &mut [Mode], stiffness: DMatrix<f64>, mass: &[f64]) {
+        let vectors: Vec<Vec<f64>> = modes.iter().map(|mode| self.free_part(&mode.vector)).collect();
+        let images: Vec<Vec<f64>> = vectors.iter().map(|v| multiply(&self.pattern, mass, v)).collect();
+        let inertia = DMatrix::from_fn(modes.len(), modes.len(), |i, j| vectors[i].iter().zip(&images[j]).map(|(u, m)| u * m).sum());
+        let Some(values) = ritz(stiffness, inertia) else { return };
+        for (mode, value) in modes.iter_mut().zip(values) {
+            // An error of the vector counts by its square; what is round-off as a whole stays so.
+            let noise = mode.noise * (mode.noise / value.abs()).min(1.0);
+            (mode.value, mode.noise) = (if value.abs() <= noise { 0.0 } else { value }, noise);
+        }
     }
 
     /// The matrix of another potential, whose couplings are among those of this one, at `x`.
@@ -215,6 +257,30 @@ impl Newton {
         }
         Mode { value, noise, vector }
     }
+}
+
+impl Mode {
+    /// Factors on the load anew from the stiffness between the modes without load and under it.
+    pub fn settle_buckling(modes: &mut [Mode], start: &DMatrix<f64>, end: &DMatrix<f64>, shift: f64) {
+        let change = end - start;
+        let Some(shares) = ritz(-&change, start + change * shift) else { return };
+        if shares.iter().all(|share| *share > 0.0) {
+            modes.iter_mut().zip(shares.iter().rev()).for_each(|(mode, share)| mode.value = shift + 1.0 / share);
+        }
+    }
+}
+
+/// Eigenvalues of `A c = theta B c` for small symmetric matrices, ascending; none where `B` is not positive definite.
+fn ritz(a: DMatrix<f64>, b: DMatrix<f64>) -> Option<Vec<f64>> {
+    // Modes have the largest coordinate 1, whatever their mass or stiffness.
+    let scale: Vec<f64> = (0..b.nrows()).map(|i| b[(i, i)].sqrt().recip()).collect();
+    let scaled = |m: DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| scale[i] * m[(i, j)] * scale[j]);
+    let (a, lower) = (scaled(a), scaled(b).cholesky()?.l());
+    let half = lower.solve_lower_triangular(&a)?;
+    let whole = lower.solve_lower_triangular(&half.transpose())?;
+    let mut values: Vec<f64> = SymmetricEigen::new((&whole + whole.transpose()) * 0.5).eigenvalues.iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    values.iter().all(|v| v.is_finite()).then_some(values)
 }
 
 /// Rayleigh quotient of a vector, and how much of it could be the round-off of the stiffness: what is the stretching of a thin shell drowns its bending

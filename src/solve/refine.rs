@@ -100,7 +100,7 @@ impl Newton {
 
     /// What the Hessian makes of a movement: `free` over the free unknowns, the others as in `all`. The matrix must be that of
     /// [`Curvature::Geometric`]; what it makes of `all` is not in here.
-    fn apply(&mut self, potentials: &[&mut dyn Potential], x: &[f64], free: &[f64], all: &[f64]) -> Vec<f64> {
+    pub(super) fn apply(&mut self, potentials: &[&mut dyn Potential], x: &[f64], free: &[f64], all: &[f64]) -> Vec<f64> {
         let mut movement = all.to_vec();
         free.iter().zip(self.numbering.unknowns()).for_each(|(v, u)| movement[*u as usize] = *v);
         self.system.gradient.fill(0.0);

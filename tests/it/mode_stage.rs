@@ -55,6 +55,17 @@ fn a_beam_buckles_as_euler_says() {
     assert!(message.contains("unstable already, in 1 directions"), "{message}");
 }
 
+/// A tall strip tips over at the force of a beam whose clamp hinders warping, `4.0126 sqrt(EI GJ) / L^2` and 0.826 % of it, on a mesh so fine that the assembled
+/// stiffness, which is in the stretching of the strip, has lost 0.1 % of that.
+#[test]
+fn a_tall_strip_tips_over_on_a_fine_mesh() {
+    let case = run("[mesh.rectangle]\nsize = [1.0, 0.02]\ncells = [200, 8]\n[shell]\nthickness = 2e-4\nyoungs_modulus = 12e9\n\
+         poissons_ratio = 0.0\n[[pin]]\nregion = \"left\"\ndirector = \"clamped\"\n[[edge-load]]\nregion = \"right\"\nforce = [0, -1e-4, 0]\n\
+         [statics]\nsteps = 1\n[modes]\nkind = \"buckling\"\ncount = 1\n");
+    let factor = values(&case)[0];
+    assert!((factor / 457.725 - 1.0).abs() < 3e-4, "{factor}");
+}
+
 /// Frequencies of a clamped plate go with its thickness, which is far less than its stretching would let them be told.
 #[test]
 fn frequencies_of_the_thinnest_plates() {
