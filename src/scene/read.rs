@@ -109,12 +109,15 @@ fn read_text(path: &Path) -> Result<String> {
 }
 
 fn deserialize(document: &Document<String>) -> Result<Scene, Fault> {
-    // Serde would take `[[gravity]]` for the fields of gravity one after the other.
-    single_tables(document.as_item(), &[])?;
-    let mut scene = Scene::deserialize(de::Deserializer::from(document.clone())).map_err(|error| {
+    let read = Scene::deserialize(de::Deserializer::from(document.clone())).map_err(|error| {
         let key = error.span().map(|span| locate(document.as_item(), &span)).unwrap_or_default();
         explain(error.message(), key)
-    })?;
+    });
+    // Serde takes `[[gravity]]` for the fields of gravity one after the other. A name that is not there at all is the first thing to say.
+    if !read.as_ref().is_err_and(|fault| fault.of_key) {
+        single_tables(document.as_item(), &[])?;
+    }
+    let mut scene = read?;
     // The one default that depends on another key.
     let named = document.get("shell").is_some_and(|shell| shell.get("element").is_some());
     if !named && scene.shell.director == Director::Average {
