@@ -8,7 +8,8 @@
 //! With [`Border::Paper`] every difference that reads a node outside is zero, so nodes of the first row and column get no part of the force that
 //! comes through them. With [`Border::Symmetric`] there is no stress outside, and the operator is the mean of this one and its mirror images, with
 //! backward inner and forward outer differences along one coordinate or both. A node on a side has half a cell, so outer differences across the side are
-//! over half the spacing, and what the forces between nodes do to momentum cancels. Neither is the derivative of an energy, and no step is small enough to make them stable for ever.
+//! over half the spacing, and what the forces between nodes do to momentum cancels. Shear stress along a side exists in
+//! half of the images, which have it twice. Neither is the derivative of an energy, and no step is small enough to make them stable for ever.
 //! Time integration is not here.
 //!
 //! `N*` and `M` are the derivatives of (29) as they are printed, as if (29) were the energy per present area. Energy per rest area, which the variational
@@ -18,11 +19,9 @@
 use super::constants::{Stiffness, stiffness};
 use super::geometry::{self, Derivatives, GaussNormal, component};
 use super::grid::{Border, Grid};
+use super::stencil::{ALL_SENSES, Row, Sense, Senses, Stencil, apply, merged, opposite};
 use super::surface::Elasticity;
 use nalgebra::Vector3;
-
-/// Node and coefficient.
-type Row = Vec<(usize, f64)>;
 
 /// Form of the divergence of the stress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,24 +31,6 @@ pub enum Divergence {
     /// `(1/sqrt G) D_i (sqrt G N^i)`.
     Conservative,
 }
-
-/// Which way inner differences look.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Sense {
-    Forward,
-    Backward,
-}
-
-/// That of each coordinate.
-type Senses = [Sense; 2];
-
-/// The paper's, and its mirror images.
-const ALL_SENSES: [Senses; 4] = [
-    [Sense::Forward, Sense::Forward],
-    [Sense::Backward, Sense::Forward],
-    [Sense::Forward, Sense::Backward],
-    [Sense::Backward, Sense::Backward],
-];
 
 /// Curvature [1, times the size of the surface] at which the Gauss formula and the present normal have equal shares: far below it `B_ij` counts as zero.
 const FLAT: f64 = 1e-3;
@@ -88,8 +69,7 @@ struct Point {
 
 /// The surface as the paper's scheme sees it.
 pub struct StrongForm {
-    grid: Grid,
-    border: Border,
+    stencil: Stencil,
     divergence: Divergence,
     elasticity: Elasticity,
     size: f64,
@@ -114,16 +94,16 @@ impl StrongForm {
             Elasticity::Terzopoulos(_) => Grid { spacing: [1.0, 1.0], ..grid },
         };
         let size = areas.iter().sum::<f64>().sqrt();
-        StrongForm { grid, border, divergence, elasticity, size, rest: positions.to_vec(), areas }
+        StrongForm { stencil: Stencil { grid, border }, divergence, elasticity, size, rest: positions.to_vec(), areas }
     }
 
     /// The internal force of a state.
     pub fn operator(&self, r: &[Vector3<f64>]) -> Operator {
-        let senses: &[Senses] = match self.border {
+        let senses: &[Senses] = match self.stencil.border {
             Border::Paper => &ALL_SENSES[..1],
             Border::Symmetric => &ALL_SENSES,
         };
-        let nodes = self.grid.len();
+        let nodes = self.stencil.grid.len();
         let mut sum =
             Operator { rows: vec![Vec::new(); nodes], constants: vec![Vector3::zeros(); nodes], lagged: vec![Vector3::zeros(); nodes] };
         let share = 1.0 / senses.len() as f64;
@@ -150,92 +130,32 @@ impl StrongForm {
 
     fn of_terms(&self, r: &[Vector3<f64>], sense: Senses, terms: Terms) -> (Vec<Row>, Vec<Vector3<f64>>) {
         match self.elasticity {
-            Elasticity::Terzopoulos(_) => (self.terzopoulos(r, sense), vec![Vector3::zeros(); self.grid.len()]),
+            Elasticity::Terzopoulos(_) => (self.terzopoulos(r, sense), vec![Vector3::zeros(); self.stencil.grid.len()]),
             Elasticity::Cosserat { .. } => self.cosserat(r, sense, terms),
-        }
-    }
-
-    /// The neighbour of a node along `k`, in the sense or against it.
-    fn neighbour(&self, node: usize, k: usize, sense: Sense) -> Option<usize> {
-        let (at, stride) = (self.grid.place(node)[k], self.grid.strides()[k]);
-        match sense {
-            Sense::Forward => (at + 1 < self.grid.nodes[k]).then(|| node + stride),
-            Sense::Backward => (at > 0).then(|| node - stride),
-        }
-    }
-
-    /// Whether the first differences along 1 and 2, and the second ones 11, 12, 22, exist at a node.
-    fn exists(&self, node: usize, sense: Senses) -> ([bool; 2], [bool; 3]) {
-        let first = [0, 1].map(|k| self.neighbour(node, k, sense[k]).is_some());
-        let both = [0, 1].map(|k| first[k] && self.neighbour(node, k, opposite(sense[k])).is_some());
-        (first, [both[0], first[0] && first[1], both[1]])
-    }
-
-    /// Inner first difference as a row.
-    fn first(&self, node: usize, k: usize, sense: Senses) -> Row {
-        let d = 1.0 / self.grid.spacing[k];
-        let at = match (self.neighbour(node, k, sense[k]), self.border) {
-            (Some(next), _) => Some((node, next)),
-            (None, Border::Paper) => None,
-            (None, Border::Symmetric) => self.neighbour(node, k, opposite(sense[k])).map(|last| (last, node)),
-        };
-        let Some((from, to)) = at else { return Vec::new() };
-        if sense[k] == Sense::Forward { vec![(from, -d), (to, d)] } else { vec![(from, d), (to, -d)] }
-    }
-
-    /// Second differences as rows: along 1, mixed, along 2.
-    fn second(&self, node: usize, ij: usize, sense: Senses) -> Row {
-        if ij != 1 {
-            let k = ij / 2;
-            let (at, stride, last) = (self.grid.place(node)[k], self.grid.strides()[k], self.grid.nodes[k] - 1);
-            let middle = match (at == 0, at == last, self.border) {
-                (false, false, _) => node,
-                (_, _, Border::Paper) => return Vec::new(),
-                (true, _, Border::Symmetric) => node + stride,
-                (false, true, Border::Symmetric) => node - stride,
-            };
-            let d = 1.0 / (self.grid.spacing[k] * self.grid.spacing[k]);
-            return vec![(middle - stride, d), (middle, -2.0 * d), (middle + stride, d)];
-        }
-        let [i, j] = self.grid.place(node);
-        let low = |at: usize, k: usize| if sense[k] == Sense::Forward { Some(at) } else { at.checked_sub(1) };
-        let cell = match (low(i, 0), low(j, 1), self.border) {
-            (Some(a), Some(b), _) if a + 1 < self.grid.nodes[0] && b + 1 < self.grid.nodes[1] => [a, b],
-            (_, _, Border::Paper) => return Vec::new(),
-            (a, b, Border::Symmetric) => [a.unwrap_or(0).min(self.grid.nodes[0] - 2), b.unwrap_or(0).min(self.grid.nodes[1] - 2)],
-        };
-        let d = 1.0 / self.grid.cell_area();
-        self.grid.corners(cell).into_iter().zip([d, -d, -d, d]).collect()
-    }
-
-    fn derivatives(&self, r: &[Vector3<f64>], node: usize, sense: Senses) -> Derivatives {
-        Derivatives {
-            first: [0, 1].map(|k| apply(&self.first(node, k, sense), r)),
-            second: [0, 1, 2].map(|ij| apply(&self.second(node, ij, sense), r)),
         }
     }
 
     /// `C` in the rest metric at the nearest node where that is regular.
     fn stiffness(&self, node: usize, sense: Senses) -> Stiffness {
         let Elasticity::Cosserat { constants, mixed } = &self.elasticity else { return [[0.0; 6]; 6] };
-        let mut place = self.grid.place(node);
-        if self.border == Border::Paper {
-            place = [0, 1].map(|k| place[k].min(self.grid.nodes[k] - 2));
+        let mut place = self.stencil.grid.place(node);
+        if self.stencil.border == Border::Paper {
+            place = [0, 1].map(|k| place[k].min(self.stencil.grid.nodes[k] - 2));
         }
-        let metric = self.derivatives(&self.rest, self.grid.node(place[0], place[1]), sense).metric();
+        let metric = self.stencil.derivatives(&self.rest, self.stencil.grid.node(place[0], place[1]), sense).metric();
         stiffness(constants, &geometry::inverse(&metric), *mixed)
     }
 
     fn points(&self, r: &[Vector3<f64>], sense: Senses, terms: Terms) -> Vec<Point> {
         let point = |node: usize| {
-            let now = self.derivatives(r, node, sense);
+            let now = self.stencil.derivatives(r, node, sense);
             let metric = now.metric();
             let det = geometry::determinant(&metric);
             let regular = det > 1e-12 * metric[0] * metric[2];
             let normal = now.normal();
-            let rest = self.derivatives(&self.rest, node, sense);
+            let rest = self.stencil.derivatives(&self.rest, node, sense);
             let (b, b0) = (now.curvature(&normal), rest.curvature(&rest.normal()));
-            let (g0, (first, second)) = (rest.metric(), self.exists(node, sense));
+            let (g0, (first, second)) = (rest.metric(), self.stencil.exists(node, sense));
             let there = [first[0], first[0] && first[1], first[1]];
             // What does not exist is at rest.
             let mut s = [0.0; 6];
@@ -252,27 +172,20 @@ impl StrongForm {
             let metric = if regular { metric } else { [1.0, 0.0, 1.0] };
             Point { now, metric, symbols, root: regular.then(|| det.sqrt()), normal, stress }
         };
-        (0..self.grid.len()).map(point).collect()
-    }
-
-    /// Cells that an outer difference along `k` would have to span, over those that a node has: its force per area is so many times larger.
-    fn share(&self, node: usize, k: usize) -> f64 {
-        let at = self.grid.place(node)[k];
-        let side = at == 0 || at == self.grid.nodes[k] - 1;
-        if self.border == Border::Symmetric && side { 2.0 } else { 1.0 }
+        (0..self.stencil.grid.len()).map(point).collect()
     }
 
     /// `D_k` of the moment `M^jk`, along the edge for `j = k` and back to the node for the mixed one.
     fn moment_difference(&self, points: &[Point], node: usize, j: usize, k: usize, sense: Senses) -> f64 {
         let along = if j == k { sense[k] } else { opposite(sense[k]) };
         let c = component(j, k);
-        let (here, d) = (points[node].stress[1][c], self.grid.spacing[k]);
-        let there = match (self.neighbour(node, k, along), self.border) {
+        let (here, d) = (points[node].stress[1][c], self.stencil.grid.spacing[k]);
+        let there = match (self.stencil.neighbour(node, k, along), self.stencil.border) {
             (Some(next), _) => points[next].stress[1][c],
             (None, Border::Paper) => return 0.0,
             (None, Border::Symmetric) => 0.0,
         };
-        let share = if j == k { 1.0 } else { self.share(node, k) };
+        let share = if j == k { 1.0 } else { self.stencil.share(node, k) };
         share * if along == Sense::Forward { (there - here) / d } else { (here - there) / d }
     }
 
@@ -281,7 +194,7 @@ impl StrongForm {
         // The curve forces N^i: rows and constant vectors.
         let mut fluxes: Vec<[(Row, Vector3<f64>); 2]> = Vec::with_capacity(points.len());
         for (node, p) in points.iter().enumerate() {
-            let (first, _) = self.exists(node, sense);
+            let (first, _) = self.stencil.exists(node, sense);
             let [n, m] = p.stress;
             let mixed = geometry::mixed_curvature(&p.metric, &p.now.curvature(&p.normal));
             let correction = geometry::divergence_correction(&p.symbols, &m);
@@ -298,9 +211,12 @@ impl StrongForm {
                     return Default::default();
                 }
                 let mut row = Vec::new();
+                // Along a side the mixed components are those of the cells on one side of the node, so of one sense of two, and of that with its whole share.
+                let share = self.stencil.share(node, 1 - i);
+                let whole = |tensor: &[f64; 3], j: usize| tensor[component(j, i)] * if j == i { 1.0 } else { share };
                 for j in 0..2 {
-                    let stress = n[component(j, i)] - (0..2).map(|k| mixed[j][k] * m[component(i, k)]).sum::<f64>();
-                    row.extend(self.first(node, j, sense).into_iter().map(|(at, c)| (at, stress * c)));
+                    let stress = whole(&n, j) - (0..2).map(|k| mixed[j][k] * whole(&m, k)).sum::<f64>();
+                    row.extend(self.stencil.first(node, j, sense).into_iter().map(|(at, c)| (at, stress * c)));
                 }
                 row.extend(normal.iter().map(|(at, c)| (*at, transverse[i] * c)));
                 (row, constant * transverse[i])
@@ -315,13 +231,13 @@ impl StrongForm {
             };
             let contracted = geometry::contracted(&points[node].symbols);
             for i in 0..2 {
-                let d = if sense[i] == Sense::Forward { 1.0 } else { -1.0 } * self.share(node, i) / self.grid.spacing[i];
+                let d = if sense[i] == Sense::Forward { 1.0 } else { -1.0 } * self.stencil.share(node, i) / self.stencil.grid.spacing[i];
                 let weight = |at: usize| match self.divergence {
                     Divergence::AsPrinted => 1.0,
                     // The paper's borders have no area of their own.
                     Divergence::Conservative => points[at].root.zip(points[node].root).map_or(1.0, |(at, here)| at / here),
                 };
-                match (self.neighbour(node, i, opposite(sense[i])), self.border) {
+                match (self.stencil.neighbour(node, i, opposite(sense[i])), self.stencil.border) {
                     (Some(last), _) => {
                         add(node, i, d);
                         add(last, i, -d * weight(last));
@@ -341,10 +257,10 @@ impl StrongForm {
     fn normal_row(&self, node: usize, formula: &GaussNormal, sense: Senses) -> Row {
         let mut row = Vec::new();
         for (ij, weight) in formula.weights.into_iter().enumerate() {
-            row.extend(self.second(node, ij, sense).into_iter().map(|(at, c)| (at, c * weight)));
+            row.extend(self.stencil.second(node, ij, sense).into_iter().map(|(at, c)| (at, c * weight)));
             for k in 0..2 {
                 let factor = -formula.symbols[k][ij] * weight;
-                row.extend(self.first(node, k, sense).into_iter().map(|(at, c)| (at, c * factor)));
+                row.extend(self.stencil.first(node, k, sense).into_iter().map(|(at, c)| (at, c * factor)));
             }
         }
         row
@@ -354,23 +270,23 @@ impl StrongForm {
     /// second derivatives in the place of normals, as there: where the surface bends away from its normal that pushes it on, and
     /// its mixed part is not that of the mirror image.
     fn terzopoulos(&self, r: &[Vector3<f64>], sense: Senses) -> Vec<Row> {
-        let Elasticity::Terzopoulos(constants) = &self.elasticity else { return vec![Vec::new(); self.grid.len()] };
-        let mut rows = vec![Vec::new(); self.grid.len()];
+        let Elasticity::Terzopoulos(constants) = &self.elasticity else { return vec![Vec::new(); self.stencil.grid.len()] };
+        let mut rows = vec![Vec::new(); self.stencil.grid.len()];
         // By transposes of the inner differences; the paper's borders have none that reads outside.
-        for node in 0..self.grid.len() {
-            let (now, rest) = (self.derivatives(r, node, sense), self.derivatives(&self.rest, node, sense));
+        for node in 0..self.stencil.grid.len() {
+            let (now, rest) = (self.stencil.derivatives(r, node, sense), self.stencil.derivatives(&self.rest, node, sense));
             let (g, g0) = (now.metric(), rest.metric());
             let (b, b0) = (now.curvature(&now.normal()), rest.curvature(&rest.normal()));
-            let (first, second) = self.exists(node, sense);
-            let operators: [Row; 2] = [0, 1].map(|k| if first[k] { self.first(node, k, sense) } else { Vec::new() });
+            let (first, second) = self.stencil.exists(node, sense);
+            let operators: [Row; 2] = [0, 1].map(|k| if first[k] { self.stencil.first(node, k, sense) } else { Vec::new() });
             let mut add = |left: &Row, right: &Row, factor: f64, lost: &dyn Fn([usize; 2]) -> bool| {
-                for (at, c) in left.iter().filter(|(at, _)| self.border != Border::Paper || !lost(self.grid.place(*at))) {
+                for (at, c) in left.iter().filter(|(at, _)| self.stencil.border != Border::Paper || !lost(self.stencil.grid.place(*at))) {
                     rows[*at].extend(right.iter().map(|(n, d)| (*n, factor * c * d / self.areas[*at])));
                 }
             };
             // Which nodes the outer difference leaves without force where it reads a node outside: D-, D+ D-, and D-1 D-2.
             let back = |k: usize| move |at: [usize; 2]| at[k] == 0;
-            let both = |k: usize| move |at: [usize; 2]| at[k] == 0 || at[k] == self.grid.nodes[k] - 1;
+            let both = |k: usize| move |at: [usize; 2]| at[k] == 0 || at[k] == self.stencil.grid.nodes[k] - 1;
             for i in 0..2 {
                 for j in 0..2 {
                     let c = component(i, j);
@@ -378,7 +294,7 @@ impl StrongForm {
                         add(&operators[i], &operators[j], 4.0 * constants.eta[c] * (g[c] - g0[c]), &back(i));
                     }
                     if second[c] {
-                        let (operator, factor) = (self.second(node, c, sense), 2.0 * constants.xi[c] * (b[c] - b0[c]));
+                        let (operator, factor) = (self.stencil.second(node, c, sense), 2.0 * constants.xi[c] * (b[c] - b0[c]));
                         if i == j {
                             add(&operator, &operator, factor, &both(i));
                         } else {
@@ -391,31 +307,10 @@ impl StrongForm {
         rows
     }
 
-    /// Whether density and damping, and with them the force, are per present area (35); with the other model's they stay per coordinates.
+    /// See [`Elasticity::is_per_present_area`].
     pub fn is_per_present_area(&self) -> bool {
-        matches!(self.elasticity, Elasticity::Cosserat { .. })
+        self.elasticity.is_per_present_area()
     }
-}
-
-fn opposite(sense: Sense) -> Sense {
-    if sense == Sense::Forward { Sense::Backward } else { Sense::Forward }
-}
-
-fn apply(row: &Row, r: &[Vector3<f64>]) -> Vector3<f64> {
-    row.iter().map(|(at, c)| r[*at] * *c).sum()
-}
-
-/// The entries of a row by ascending nodes, each once.
-fn merged(mut row: Row) -> Row {
-    row.sort_by_key(|(at, _)| *at);
-    row.dedup_by(|(at, c), (kept, sum)| {
-        let same = at == kept;
-        if same {
-            *sum += *c;
-        }
-        same
-    });
-    row
 }
 
 #[cfg(test)]
@@ -484,6 +379,31 @@ mod tests {
         // There the node has half a cell.
         let half = 2.0 * pull;
         assert!((symmetric[right].x - half).abs() < 1e-12 * half && (symmetric[left].x + half).abs() < 1e-12 * half);
+    }
+
+    /// The corners of a sheared square: N^12 takes both first differences, of which the last row or column has one, so no shear comes to the last corner, and
+    /// to the two beside it only that along the side whose differences it has. The symmetric rule has both everywhere.
+    #[test]
+    fn the_last_corner_of_the_paper_has_no_shear() {
+        let constants = Constants { eta: [2.0; 3], xi: [0.01; 3], phi: [0.0; 3] };
+        let grid = grid(5);
+        let sheared = positions(&grid, |a, b| Vector3::new(a + 0.1 * b, b, 0.0));
+        let elasticity = Elasticity::Cosserat { constants, mixed: false };
+        let of = |border| force(&strong(grid, elasticity, border, Divergence::Conservative).operator(&sheared), &sheared);
+        let (paper, symmetric) = (of(Border::Paper), of(Border::Symmetric));
+        // eps_12 = 0.05 and eps_22 = 0.005, so N^12 = 2 eta eps_12 and N^22 = 6 eta eps_22; over the spacing of 1/4.
+        let (r1, r2) = (Vector3::x(), Vector3::new(0.1, 1.0, 0.0));
+        let [first, second] = [r2 * 0.2, r1 * 0.2 + r2 * 0.06].map(|n| n * 4.0);
+        for (place, expected) in [([0, 0], Vector3::zeros()), ([4, 0], first), ([0, 4], second), ([4, 4], r2 * (0.06 * 4.0))] {
+            let found = paper[grid.node(place[0], place[1])];
+            assert!((found - expected).norm() < 1e-12, "{place:?} {found} {expected}");
+        }
+        // There a corner has a quarter of a cell.
+        for (place, signs) in [([0, 0], [-1.0, -1.0]), ([4, 0], [1.0, -1.0]), ([0, 4], [-1.0, 1.0]), ([4, 4], [1.0, 1.0])] {
+            let expected = (first * signs[0] + second * signs[1]) * 2.0;
+            let found = symmetric[grid.node(place[0], place[1])];
+            assert!((found - expected).norm() < 1e-12, "{place:?} {found} {expected}");
+        }
     }
 
     /// Forces within a sheet of any shape add up to none over the areas of the nodes, of which a side has halves and a corner a quarter.

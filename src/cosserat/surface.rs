@@ -44,6 +44,13 @@ pub enum Elasticity {
     Terzopoulos(Constants),
 }
 
+impl Elasticity {
+    /// Whether density, damping and force are per present area (35); those of the other model are per coordinates, as (1) has them.
+    pub fn is_per_present_area(&self) -> bool {
+        matches!(self, Elasticity::Cosserat { .. })
+    }
+}
+
 /// One `n.s` with the shares of the nodes it depends on.
 struct Normal {
     plane: TangentPlane,
@@ -71,6 +78,7 @@ pub struct CosseratSurface {
     rest: Vec<[f64; STRAINS]>,
     /// Quadratic form of the strains of each cell [J].
     forms: Vec<[[f64; STRAINS]; STRAINS]>,
+    per_present_area: bool,
     scatter: Scatter<N>,
 }
 
@@ -92,7 +100,8 @@ impl CosseratSurface {
             })
             .collect();
         let scatter = Scatter::new(std::iter::empty(), &Numbering::new(&[]), &Pattern { column_start: vec![0], row: Vec::new() });
-        let mut surface = CosseratSurface { grid, windows, cells, rest: Vec::new(), forms: Vec::new(), scatter };
+        let per_present_area = elasticity.is_per_present_area();
+        let mut surface = CosseratSurface { grid, windows, cells, rest: Vec::new(), forms: Vec::new(), per_present_area, scatter };
         let x: Vec<f64> = positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
         for cell in 0..surface.cells.len() {
             let (mut values, normals) = surface.measure(cell, &surface.gather(cell, &x));
@@ -248,6 +257,11 @@ impl CosseratSurface {
             gradient.iter_mut().zip(row).for_each(|(g, r)| *g += stress * r);
         }
         (gradient, 0.5 * strains.iter().zip(stresses).map(|(s, n)| s * n).sum::<f64>())
+    }
+
+    /// See [`Elasticity::is_per_present_area`].
+    pub fn is_per_present_area(&self) -> bool {
+        self.per_present_area
     }
 
     /// Whether stretching and bending have an energy together.

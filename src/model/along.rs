@@ -1,6 +1,8 @@
 //! Steps of a shell along a path of equilibria, its load factor being an unknown.
 
-use super::shell_model::{Parts, ShellModel, StepFailure, StepReport, check_loads, follow, potentials, set_loads};
+use super::prescribed::{check_loads, set_loads};
+use super::shell_model::{Parts, ShellModel, follow, potentials};
+use super::step::{StepFailure, StepReport};
 use crate::solve::{Advance, Family, RATE_STEP, Reach, Stop};
 use crate::sparse::{Potential, System};
 
@@ -18,9 +20,9 @@ impl Family for Following<'_> {
     }
 
     fn set(&mut self, t: f64) -> Result<(), StepFailure> {
-        check_loads(self.parts, t)?;
+        check_loads(&self.parts.loads, t)?;
         follow(self.parts, self.rest_is_set, t).map_err(|(place, reason)| StepFailure::Input { place, reason })?;
-        set_loads(self.parts, t);
+        set_loads(&mut self.parts.loads, t);
         Ok(())
     }
 
@@ -41,8 +43,8 @@ impl Family for Following<'_> {
         let zero = vec![0.0; into.gradient.len()];
         // Loads alone, whose differences are exact where they are linear, whatever the stresses are.
         let mut loads = |at: f64| -> Option<Vec<f64>> {
-            check_loads(self.parts, at).ok()?;
-            set_loads(self.parts, at);
+            check_loads(&self.parts.loads, at).ok()?;
+            set_loads(&mut self.parts.loads, at);
             let kept = std::mem::replace(&mut into.gradient, zero.clone());
             self.parts.loads.iter().for_each(|load| {
                 load.potential.gradient(x, into);
@@ -50,7 +52,7 @@ impl Family for Following<'_> {
             Some(std::mem::replace(&mut into.gradient, kept))
         };
         let sides = [loads(t - RATE_STEP), loads(t), loads(t + RATE_STEP)];
-        set_loads(self.parts, t);
+        set_loads(&mut self.parts.loads, t);
         add_slope(&sides, into);
         if !self.parts.rest.as_ref().is_some_and(|driver| driver.changes()) {
             return Ok(());

@@ -1,17 +1,20 @@
 //! A surface on a grid with its loads and supports, in statics or in motion (Wu and de Melo).
 //!
-//! The variational scheme is one minimisation a step, as for a shell. Density and damping follow the area by (35): mass is that of the nodes, which is conserved,
-//! and damping grows with the square of the area, since `lambda` is per present area. The area is that at the start of the step.
+//! The variational scheme is one minimisation a step, as for a shell. Density and damping of a Cosserat surface follow the area by (35): mass is that of the
+//! nodes, which is conserved, and damping grows with the square of the area, since `lambda` is per present area and grows with it. The area is that at the start
+//! of the step. (1), the equation of Terzopoulos and others, knows nothing of (35): there both densities are per coordinates and stay.
 
 use super::Model;
 use super::grid_step::{From, Strong};
-use super::shell_model::{AppliedLoad, HeldUnknown, StepFailure, StepReport};
+use super::prescribed::{AppliedLoad, HeldUnknown, add_energies, check_loads, coordinate, set_loads};
+use super::state::{counters, field, numbers, take_field};
+use super::step::{StepFailure, StepReport};
 use crate::cosserat::{CosseratSurface, Grid};
 use crate::error::Result;
 use crate::load::{Drag, Load, cell_area};
 use crate::shell::Inertial;
-use crate::snapshot::{Association, Field, Snapshot};
-use crate::solve::{Counters, Failure, Newton, Settings, Solved};
+use crate::snapshot::{Association, Snapshot};
+use crate::solve::{Counters, Newton, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
 
@@ -79,9 +82,6 @@ pub struct GridModel {
     time: f64,
 }
 
-/// Held unknowns with their values [m], and the factors of the loads.
-type Prescribed = (Vec<(usize, f64)>, Vec<f64>);
-
 impl GridModel {
     /// Numbers the unknowns and analyses the matrix. `tolerance`: relative to the diameter.
     pub fn new(mut parts: GridParts, diameter: f64, tolerance: f64, max_iterations: usize) -> Result<Self> {
@@ -128,37 +128,17 @@ impl GridModel {
         Vector3::new(x[3 * node], x[3 * node + 1], x[3 * node + 2])
     }
 
-    fn describe(&self, unknown: usize) -> String {
-        let p = self.parts.positions[unknown / 3];
-        format!("coordinate {} of node {} at ({:.4e}, {:.4e}, {:.4e}) m", ["x", "y", "z"][unknown % 3], unknown / 3, p.x, p.y, p.z)
-    }
-
-    /// Values that the moved unknowns take at a time, and the factors of the loads.
-    fn prescribed(&self, time: f64) -> Result<Prescribed, StepFailure> {
-        let mut factors = Vec::with_capacity(self.parts.loads.len());
-        for load in &self.parts.loads {
-            let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
-            if !factor.is_finite() {
-                return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
-            }
-            if let Some((field, reason)) = load.potential.fault(time, factor) {
-                return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
-            }
-            factors.push(factor);
-        }
+    /// Values [m] that the moved unknowns take at a time, once it is sure that all that is prescribed then is finite.
+    fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
+        check_loads(&self.parts.loads, time)?;
         let mut targets = Vec::new();
         for held in &self.parts.held {
-            let Some((key, motion)) = &held.motion else { continue };
-            let d = motion(time);
-            if !d.is_finite() {
-                let reason = format!("the motion of {} is {d} at t = {time}", self.describe(held.unknown));
-                return Err(StepFailure::Input { place: key.clone(), reason });
-            }
-            if !self.stuck.get(held.unknown / 3).is_some_and(|stuck| *stuck) {
+            let moved = held.displacement(time, |unknown| coordinate(&self.parts.positions, unknown))?;
+            if let Some((d, _)) = moved.filter(|_| !self.stuck.get(held.unknown / 3).is_some_and(|stuck| *stuck)) {
                 targets.push((held.unknown, held.start + d));
             }
         }
-        Ok((targets, factors))
+        Ok(targets)
     }
 
     /// Lets nodes stick that came down on the table since `before`.
@@ -179,17 +159,13 @@ impl GridModel {
     }
 
     fn try_advance(&mut self, dt: f64, time: f64) -> Result<StepReport, StepFailure> {
-        let (targets, factors) = self.prescribed(time)?;
+        let targets = self.prescribed(time)?;
         let before = self.x.clone();
-        for (load, factor) in self.parts.loads.iter_mut().zip(factors) {
-            if load.factor.is_some() {
-                load.potential.set_factor(factor);
-            }
-            load.potential.set_time(time);
-            load.potential.start_step([&before, &before], time, dt);
-        }
+        set_loads(&mut self.parts.loads, time);
+        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step([&before, &before], time, dt));
         if let Some(drag) = &mut self.parts.drag {
-            let ratio = area(&self.quadrangles, &before) / self.initial_area;
+            let follows = self.parts.surface.is_per_present_area();
+            let ratio = if follows { area(&self.quadrangles, &before) / self.initial_area } else { 1.0 };
             drag.start_step(&before, dt, ratio * ratio);
         }
         if let Some(inertia) = &mut self.parts.inertia {
@@ -207,14 +183,9 @@ impl GridModel {
 
     fn minimise(&mut self, targets: &[(usize, f64)]) -> Result<Solved, StepFailure> {
         let Some(newton) = &mut self.newton else { return Err(StepFailure::Equations("there is no solver".into())) };
-        newton.solve(&mut potentials(&mut self.parts), &mut self.x, targets).map_err(|failure| match failure {
-            Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
-            Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
-            Failure::NotContracting(movement) => {
-                StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
-            }
-            Failure::NotRelaxed { .. } | Failure::Unstable(_) => StepFailure::Equations("no stable equilibrium was found".into()),
-        })
+        let solved = newton.solve(&mut potentials(&mut self.parts), &mut self.x, targets);
+        let start = self.step == 0 && self.v.is_empty();
+        solved.map_err(|failure| StepFailure::of(failure, start, |unknown| coordinate(&self.parts.positions, unknown)))
     }
 
     /// One step of the paper's scheme. It has blown up where a node moves by more than the surface is large.
@@ -286,14 +257,7 @@ impl Model for GridModel {
         let [membrane, bending, coupling] = self.parts.surface.energies(&self.x);
         energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
         energies.extend(self.parts.surface.is_coupled().then_some(("coupling_energy_J", coupling)));
-        for load in &self.parts.loads {
-            let Some(name) = load.energy_name else { continue };
-            let energy = load.potential.energy(&self.x);
-            match energies.iter_mut().find(|(other, _)| *other == name) {
-                Some((_, sum)) => *sum += energy,
-                None => energies.push((name, energy)),
-            }
-        }
+        add_energies(&self.parts.loads, &self.x, &mut energies);
         energies
     }
 
@@ -311,63 +275,32 @@ impl Model for GridModel {
     }
 
     fn snapshot(&self) -> Snapshot {
-        let field = |name: &str, components, unit: &str, data| Field {
-            name: name.into(),
-            association: Association::Node,
-            components,
-            unit: unit.into(),
-            data,
-        };
-        let mut fields = vec![field("position", 3, "m", self.x.clone())];
+        let mut fields = vec![field("position", Association::Node, 3, "m", self.x.clone())];
         if !self.v.is_empty() {
-            fields.push(field("velocity", 3, "m/s", self.v.clone()));
+            fields.push(field("velocity", Association::Node, 3, "m/s", self.v.clone()));
         }
         if !self.stuck.is_empty() {
-            fields.push(field("stuck", 1, "1", self.stuck.iter().map(|stuck| f64::from(u8::from(*stuck))).collect()));
+            fields.push(field("stuck", Association::Node, 1, "1", self.stuck.iter().map(|stuck| f64::from(u8::from(*stuck))).collect()));
         }
-        let counters = self.counters();
-        let numbers = [
-            ("newton_iterations", counters.newton_iterations),
-            ("fallback_iterations", counters.fallback_iterations),
-            ("factorizations", counters.factorizations),
-        ];
         let lu = self.parts.strong.iter().flat_map(|strong| LU.into_iter().zip(strong.lu));
-        let numbers = numbers.into_iter().chain(lu).map(|(name, value)| (name.to_string(), value as f64)).collect();
+        let numbers = numbers(&self.counters()).into_iter().chain(lu.map(|(name, value)| (name.to_owned(), value as f64))).collect();
         Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers }
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
-        let take = |name: &str, length: usize| -> Result<Vec<f64>, String> {
-            let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
-            if field.data.len() == length {
-                Ok(field.data.clone())
-            } else {
-                Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len()))
-            }
-        };
+        let take = |name: &str, length: usize| take_field(snapshot, name, length);
         let x = take("position", self.x.len())?;
         let v = if self.v.is_empty() { Vec::new() } else { take("velocity", self.v.len())? };
         let stuck = if self.stuck.is_empty() { Vec::new() } else { take("stuck", self.stuck.len())? };
         (self.x, self.v) = (x, v);
         self.stuck = stuck.iter().map(|s| *s != 0.0).collect();
-        let count = |name: &str| snapshot.number(name).unwrap_or(0.0) as u64;
-        self.set_counters(Counters {
-            newton_iterations: count("newton_iterations"),
-            fallback_iterations: count("fallback_iterations"),
-            factorizations: count("factorizations"),
-            ..Counters::default()
-        });
+        self.set_counters(counters(snapshot));
         if let Some(strong) = &mut self.parts.strong {
-            strong.lu = LU.map(count);
+            strong.lu = LU.map(|name| snapshot.number(name).unwrap_or(0.0) as u64);
         }
         (self.step, self.time) = (snapshot.step, snapshot.time);
-        for load in &mut self.parts.loads {
-            if let Some(factor) = &load.factor {
-                load.potential.set_factor(factor(snapshot.time));
-            }
-            load.potential.set_time(snapshot.time);
-            load.potential.start_step([&self.x, &self.x], snapshot.time, 1.0);
-        }
+        set_loads(&mut self.parts.loads, snapshot.time);
+        self.parts.loads.iter_mut().for_each(|load| load.potential.start_step([&self.x, &self.x], snapshot.time, 1.0));
         if self.stuck.is_empty() { Ok(()) } else { self.renumber().map_err(|e| e.to_string()) }
     }
 }

@@ -7,9 +7,12 @@ mod grid_model;
 mod grid_step;
 mod modes;
 mod motion;
+mod prescribed;
 mod reactions;
 mod rest_driver;
 mod shell_model;
+mod state;
+mod step;
 mod time_integration;
 mod transport;
 
@@ -18,8 +21,10 @@ use crate::solve::{Advance, Counters, Reach};
 
 pub use grid_model::{GridModel, GridParts, RoundTable, node_shares, quadrangles};
 pub use grid_step::Strong;
+pub use prescribed::{AppliedLoad, HeldUnknown, Motion};
 pub use rest_driver::{Limit, Ramp, RestDriver};
-pub use shell_model::{AppliedLoad, HeldUnknown, Motion, Parts, ShellModel, StepFailure, StepReport, place_of_law};
+pub use shell_model::{Parts, ShellModel, place_of_law};
+pub use step::{StepFailure, StepReport};
 pub use time_integration::{Integrator, LARGEST_RATIO, Stage, TimeIntegration};
 pub use transport::{FollowingMass, Profile, Transport};
 

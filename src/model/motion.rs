@@ -1,6 +1,8 @@
 //! A step of a shell in motion around its minimisation: the stage before it, positions, directors, velocities and error after it.
 
-use super::shell_model::{HeldUnknown, ShellModel, StepFailure, potentials};
+use super::prescribed::HeldUnknown;
+use super::shell_model::{ShellModel, potentials};
+use super::step::StepFailure;
 use super::time_integration::Stage;
 use nalgebra::Vector3;
 

@@ -1,43 +1,20 @@
 //! A Koiter shell with its loads, supports and rest driver, in statics or in motion (Chen et al. 2018).
 
 use super::Model;
+use super::prescribed::{AppliedLoad, HeldUnknown, add_energies, check_loads, coordinate, set_loads};
 use super::reactions::{REACTION_TIME, Reactions};
 use super::rest_driver::RestDriver;
+use super::state::{counters, field, numbers, take_field};
+use super::step::{StepFailure, StepReport};
 use super::time_integration::{Integrator, TimeIntegration};
 use super::transport::{FollowingMass, Transport};
 use crate::error::{Error, Result};
-use crate::load::Load;
 use crate::shell::rest::Forms;
 use crate::shell::{Inertial, Shell};
-use crate::snapshot::{Association, Field, Snapshot};
+use crate::snapshot::{Association, Snapshot};
 use crate::solve::{Advance, Counters, Failure, Newton, Reach, Relaxation, Settings, Solved};
 use crate::sparse::Potential;
 use nalgebra::Vector3;
-
-/// Displacement of a held unknown in time [m, or rad for a director].
-pub type Motion = Box<dyn Fn(f64) -> f64>;
-
-/// A held unknown.
-pub struct HeldUnknown {
-    /// Its number among all unknowns.
-    pub unknown: usize,
-    /// Its initial value.
-    pub start: f64,
-    /// Its displacement, if it moves, and the key of that in the scene.
-    pub motion: Option<(String, Motion)>,
-}
-
-/// A load that is applied.
-pub struct AppliedLoad {
-    /// Key of its factor in the scene.
-    pub key: String,
-    /// Its energy's column in the history; none for a load that has no energy.
-    pub energy_name: Option<&'static str>,
-    /// The load.
-    pub potential: Box<dyn Load>,
-    /// Factor in time, if that changes.
-    pub factor: Option<Motion>,
-}
 
 /// What a model is made of. What is absent has no object and costs nothing.
 pub struct Parts {
@@ -84,33 +61,6 @@ pub struct ShellModel {
     keeps_mode: bool,
     /// What the supports exert; absent where nobody asks.
     pub(super) reactions: Option<Reactions>,
-}
-
-/// What an accepted step has to tell.
-#[derive(Clone, Copy, Debug)]
-pub struct StepReport {
-    /// Iterations, last movement, residual, negative pivots.
-    pub solved: Solved,
-    /// Estimated error that the step has added to positions over the largest that is allowed [1], where steps are chosen by it.
-    pub error: Option<f64>,
-}
-
-/// Why a step failed. The model is as it was before.
-#[derive(Clone, Debug, PartialEq)]
-pub enum StepFailure {
-    /// The equations were not solved; a smaller step may be.
-    Equations(String),
-    /// The estimated error is this many times what is allowed; a smaller step has less.
-    Inaccurate(f64),
-    /// The matrix was singular from the start of a static run: the structure is a mechanism. Holds the unknown's description.
-    Mechanism(String),
-    /// What the scene prescribes is impossible at this time; no smaller step helps.
-    Input {
-        /// Key of the scene that prescribes it.
-        place: String,
-        /// What is impossible, where and when.
-        reason: String,
-    },
 }
 
 impl Model for ShellModel {
@@ -247,7 +197,7 @@ impl ShellModel {
     }
 
     pub(super) fn set_loads(&mut self, time: f64) {
-        set_loads(&mut self.parts, time);
+        set_loads(&mut self.parts.loads, time);
     }
 
     /// Values that the moved unknowns take at a time, once it is sure that all that is prescribed then is finite.
@@ -255,15 +205,10 @@ impl ShellModel {
     /// # Errors
     /// [`StepFailure::Input`] for a motion or a load's factor that is not finite.
     pub fn prescribed(&self, time: f64) -> Result<Vec<(usize, f64)>, StepFailure> {
-        check_loads(&self.parts, time)?;
+        check_loads(&self.parts.loads, time)?;
         let mut targets = Vec::with_capacity(self.parts.held.len());
         for held in &self.parts.held {
-            if let Some((key, motion)) = &held.motion {
-                let d = motion(time);
-                if !d.is_finite() {
-                    let reason = format!("the motion of {} is {d} at t = {time}", self.describe(held.unknown));
-                    return Err(StepFailure::Input { place: key.clone(), reason });
-                }
+            if let Some((d, motion)) = held.displacement(time, |unknown| self.describe(unknown))? {
                 // Angles count from the present references, which turn with them.
                 let angle = held.unknown >= 3 * self.parts.positions.len();
                 let value = if angle { d - motion(self.time) } else { held.start + d };
@@ -344,20 +289,7 @@ impl ShellModel {
 
     /// A failure of the solver in words.
     pub(super) fn failed(&self, failure: Failure) -> StepFailure {
-        match failure {
-            Failure::Mechanism(unknown) if self.step == 0 && self.v.is_empty() => StepFailure::Mechanism(self.describe(unknown)),
-            Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", self.describe(unknown))),
-            Failure::NotContracting(movement) => {
-                StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
-            }
-            Failure::NotRelaxed { iterations, distance } => StepFailure::Equations(format!(
-                "dynamic relaxation was still {distance:.2e} m from equilibrium after {iterations} iterations"
-            )),
-            Failure::Unstable(Some(lowest)) => StepFailure::Equations(format!(
-                "the equilibrium is unstable (lowest eigenvalue {lowest:.3e} N/m3) and no stable one was found"
-            )),
-            Failure::Unstable(None) => StepFailure::Equations("the equilibrium is unstable and its lowest mode was not found".into()),
-        }
+        StepFailure::of(failure, self.step == 0 && self.v.is_empty(), |unknown| self.describe(unknown))
     }
 
     /// Finds the equilibrium of the present stage from the present unknowns.
@@ -371,18 +303,7 @@ impl ShellModel {
     /// An unknown in words.
     fn describe(&self, unknown: usize) -> String {
         let lengths = 3 * self.parts.positions.len();
-        if unknown < lengths {
-            let p = self.parts.positions[unknown / 3];
-            return format!(
-                "coordinate {} of node {} at ({:.4e}, {:.4e}, {:.4e}) m",
-                ["x", "y", "z"][unknown % 3],
-                unknown / 3,
-                p.x,
-                p.y,
-                p.z
-            );
-        }
-        format!("director angle {}", unknown - lengths)
+        if unknown < lengths { coordinate(&self.parts.positions, unknown) } else { format!("director angle {}", unknown - lengths) }
     }
 
     /// Energies [J] of the parts there are, by the names of the history's columns.
@@ -393,14 +314,7 @@ impl ShellModel {
             energies.push(("kinetic_energy_J", inertia.kinetic_energy(&self.v)));
         }
         energies.extend([("membrane_energy_J", membrane), ("bending_energy_J", bending)]);
-        for load in &self.parts.loads {
-            let Some(name) = load.energy_name else { continue };
-            let energy = load.potential.energy(&self.x);
-            match energies.iter_mut().find(|(other, _)| *other == name) {
-                Some((_, sum)) => *sum += energy,
-                None => energies.push((name, energy)),
-            }
-        }
+        add_energies(&self.parts.loads, &self.x, &mut energies);
         energies
     }
 
@@ -411,13 +325,6 @@ impl ShellModel {
 
     /// The state, with everything the next step reads.
     pub fn snapshot(&self) -> Snapshot {
-        let field = |name: &str, association, components, unit: &str, data: Vec<f64>| Field {
-            name: name.into(),
-            association,
-            components,
-            unit: unit.into(),
-            data,
-        };
         let lengths = 3 * self.parts.positions.len();
         let mut fields = vec![field("position", Association::Node, 3, "m", self.x[..lengths].to_vec())];
         if !self.v.is_empty() {
@@ -436,14 +343,11 @@ impl ShellModel {
             fields.push(field("path_heading", Association::Node, 3, "m", heading[..lengths].to_vec()));
         }
         let counters = self.counters();
-        let numbers = [
-            ("newton_iterations", counters.newton_iterations),
-            ("fallback_iterations", counters.fallback_iterations),
-            ("factorizations", counters.factorizations),
-        ];
         let switches = self.leaves_unstable().then_some(("branch_switches", counters.branch_switches));
         let relaxed = self.relaxation.map(|_| ("relaxation_iterations", counters.relaxation_iterations));
-        let numbers = numbers.into_iter().chain(switches).chain(relaxed).map(|(name, value)| (name.to_string(), value as f64)).collect();
+        let numbers =
+            numbers(&counters).into_iter().chain(switches.into_iter().chain(relaxed).map(|(name, value)| (name.into(), value as f64)));
+        let numbers = numbers.collect();
         let mut snapshot = Snapshot { step: self.step, time: self.time, dt: 0.0, fields, numbers };
         let earlier = self.reactions.as_ref().map(|reactions| reactions.time).filter(|time| *time != self.time);
         snapshot.numbers.extend(earlier.map(|time| (REACTION_TIME.to_owned(), time)));
@@ -481,14 +385,7 @@ impl ShellModel {
         });
         self.step = snapshot.step;
         self.time = snapshot.time;
-        let count = |name: &str| snapshot.number(name).unwrap_or(0.0) as u64;
-        self.newton.set_counters(Counters {
-            newton_iterations: count("newton_iterations"),
-            fallback_iterations: count("fallback_iterations"),
-            factorizations: count("factorizations"),
-            branch_switches: count("branch_switches"),
-            relaxation_iterations: count("relaxation_iterations"),
-        });
+        self.newton.set_counters(counters(snapshot));
         self.parts.transports.iter_mut().try_for_each(|transport| transport.take(snapshot))?;
         if let Some(integration) = &mut self.integration {
             integration.take(snapshot, lengths, self.parts.shell.directors().len(), points)?;
@@ -525,43 +422,6 @@ pub(super) fn follow(parts: &mut Parts, rest_is_set: &mut bool, time: f64) -> Re
         _ => {}
     }
     Ok(())
-}
-
-/// Makes sure that loads are finite at a time.
-///
-/// # Errors
-/// [`StepFailure::Input`] with the key at fault.
-pub(super) fn check_loads(parts: &Parts, time: f64) -> Result<(), StepFailure> {
-    for load in &parts.loads {
-        let factor = load.factor.as_ref().map_or(1.0, |factor| factor(time));
-        if !factor.is_finite() {
-            return Err(StepFailure::Input { place: load.key.clone(), reason: format!("is {factor} at t = {time}") });
-        }
-        if let Some((field, reason)) = load.potential.fault(time, factor) {
-            return Err(StepFailure::Input { place: format!("{}{field}", load.key.trim_end_matches("factor")), reason });
-        }
-    }
-    Ok(())
-}
-
-/// Sets the loads of a time.
-pub(super) fn set_loads(parts: &mut Parts, time: f64) {
-    for load in &mut parts.loads {
-        if let Some(factor) = &load.factor {
-            load.potential.set_factor(factor(time));
-        }
-        load.potential.set_time(time);
-    }
-}
-
-/// Numbers of a field of a snapshot. Errors: one that is missing or of another length.
-pub(super) fn take_field(snapshot: &Snapshot, name: &str, length: usize) -> Result<Vec<f64>, String> {
-    let field = snapshot.field(name).ok_or(format!("it has no field '{name}'"))?;
-    if field.data.len() == length {
-        Ok(field.data.clone())
-    } else {
-        Err(format!("field '{name}' has {} numbers instead of {length}", field.data.len()))
-    }
 }
 
 /// Key of a growth law in a scene, by its name; that of all of them without one.

@@ -20,7 +20,7 @@
 //! the turn about their edges since the last state that was in equilibrium. Rates of strain for viscosity are differences over the last two
 //! such states for implicit Euler, over the last three, of second order, for the others.
 
-use super::shell_model::take_field;
+use super::state::take_field;
 use crate::shell::Strain;
 use crate::snapshot::{Association, Field, Snapshot};
 use nalgebra::Vector3;

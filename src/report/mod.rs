@@ -11,6 +11,7 @@ pub mod matrix;
 pub mod norm;
 pub mod outcome;
 pub mod path;
+pub mod shapes;
 pub mod surface;
 pub mod sweep;
 pub mod waves;
@@ -25,7 +26,7 @@ pub use norm::{PowerLaw, l2_norm, mean, median, observed_order, power_law, rate,
 pub use outcome::{Cost, ExpectationResult, Outcome};
 pub use path::{PathTable, Place};
 pub use surface::{Surface, nodes_distance, surface_distance};
-pub use sweep::{Sweep, SweepFit, SweepRow};
+pub use sweep::{Sweep, SweepFit, SweepLargest, SweepRow};
 pub use waves::{Waves, waves};
 
 /// A text as one cell of a Markdown table.

@@ -9,7 +9,7 @@ use serde_json::Value;
 pub struct SweepRow {
     /// Values of the keys.
     pub values: Vec<Value>,
-    /// What was measured, in the measures' units; none where the run failed or the measure is not finite.
+    /// What was measured, in the measures' units; none where the run stopped before or the measure is not finite.
     pub measures: Vec<Option<f64>>,
     /// Number of faces.
     pub faces: usize,
@@ -21,7 +21,7 @@ pub struct SweepRow {
     pub newton_iterations: u64,
     /// Numeric factorisations.
     pub factorizations: u64,
-    /// Why the run failed.
+    /// Why the run stopped before its end; it has failed where there is no measure up to there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
     /// Limits that were missed, in words.
@@ -63,6 +63,17 @@ pub struct SweepExpectation {
     pub passed: bool,
 }
 
+/// For each value of the first key the largest value of the second with which, and with all smaller ones, a measure is large enough.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SweepLargest {
+    /// Name of the measure.
+    pub measure: String,
+    /// Its smallest value that suffices.
+    pub least: f64,
+    /// Value of the first key; the value of the second, none where the smallest does not suffice; and the next larger one, none where all suffice.
+    pub rows: Vec<(Value, Option<f64>, Option<f64>)>,
+}
+
 /// One sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Sweep {
@@ -80,6 +91,37 @@ pub struct Sweep {
     /// Fitted laws.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fits: Vec<SweepFit>,
+    /// Up to where a measure suffices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub largest: Option<SweepLargest>,
+}
+
+impl SweepRow {
+    /// Whether the run failed and has nothing to tell.
+    pub fn has_failed(&self) -> bool {
+        self.failure.is_some() && self.measures.iter().all(Option::is_none)
+    }
+}
+
+impl SweepLargest {
+    /// That of a measure, by its place among the measures, over all rows of a sweep of two keys, the second of numbers.
+    pub fn new(measure: &str, place: usize, least: f64, rows: &[SweepRow]) -> Self {
+        let mut firsts: Vec<&Value> = Vec::new();
+        for first in rows.iter().filter_map(|row| row.values.first()) {
+            if !firsts.contains(&first) {
+                firsts.push(first);
+            }
+        }
+        let of = |first: &Value| {
+            let of_first = rows.iter().filter(|row| row.values.first() == Some(first));
+            let passes = |row: &SweepRow| row.measures.get(place).copied().flatten().is_some_and(|value| value >= least);
+            let mut tried: Vec<(f64, bool)> = of_first.filter_map(|row| Some((row.values.get(1)?.as_f64()?, passes(row)))).collect();
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let count = tried.iter().take_while(|(_, passes)| *passes).count();
+            (first.clone(), count.checked_sub(1).map(|i| tried[i].0), tried.get(count).map(|(value, _)| *value))
+        };
+        SweepLargest { measure: measure.to_owned(), least, rows: firsts.into_iter().map(of).collect() }
+    }
 }
 
 impl SweepFit {
@@ -128,7 +170,7 @@ impl Sweep {
         self.rows.iter().all(|row| row.missed.is_empty()) && self.fits.iter().all(law)
     }
 
-    /// The tables as Markdown: rows, then laws, then limits that were missed.
+    /// The tables as Markdown: rows, then laws, then up to where a measure suffices, then why runs stopped, then limits that were missed.
     pub fn to_markdown(&self) -> String {
         let mut text = format!("# {}\n\n", cell(&self.name));
         let names = self.keys.iter().chain(&self.measures).map(String::as_str);
@@ -136,7 +178,7 @@ impl Sweep {
         let row = |r: &SweepRow| -> Vec<String> {
             let values = r.values.iter().map(word);
             let measures = r.measures.iter().enumerate().map(|(i, m)| match (&r.failure, i) {
-                (Some(failure), 0) => format!("failed: {}", cell(failure)),
+                (Some(failure), 0) if r.has_failed() => format!("failed: {}", cell(failure)),
                 _ => optional(*m),
             });
             let counts = [r.faces.to_string(), r.dofs.to_string(), format!("{:.2}", r.wall_s)];
@@ -161,6 +203,21 @@ impl Sweep {
             let header: Vec<&str> =
                 header.chain(["source", "passed", "expected", "exponent", "prefactor", "largest misfit", "rows"]).collect();
             text += &table(&header, header.len() - 5, &self.fits.iter().map(law).collect::<Vec<_>>());
+        }
+        if let Some(largest) = &self.largest {
+            let second = self.keys.get(1).map_or("", String::as_str);
+            text += &format!("\nLargest {second} up to which {} is at least {}:\n\n", cell(&largest.measure), number(largest.least));
+            let line = |(first, value, next): &(Value, Option<f64>, Option<f64>)| vec![word(first), optional(*value), optional(*next)];
+            let rows: Vec<Vec<String>> = largest.rows.iter().map(line).collect();
+            text += &table(&[&self.keys[0], &format!("largest {second}"), "next larger tried"], 0, &rows);
+        }
+        let stopped: Vec<&SweepRow> = self.rows.iter().filter(|row| row.failure.is_some() && !row.has_failed()).collect();
+        if !stopped.is_empty() {
+            text += "\nRuns that stopped before their end:\n\n";
+        }
+        for row in stopped {
+            let place: Vec<String> = row.values.iter().map(word).collect();
+            text += &format!("- {}: {}\n", place.join(", "), row.failure.as_deref().unwrap_or_default());
         }
         let missed: Vec<&String> = self.rows.iter().flat_map(|row| &row.missed).collect();
         if !missed.is_empty() {

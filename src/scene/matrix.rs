@@ -1,6 +1,6 @@
 //! Table `[report.matrix]`: a scene run at the ends of what its keys may be, to see that every run ends well or says why not.
 
-use super::{SweepMeasure, SweepValue};
+use super::{SweepMeasure, SweepValue, Tied};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -61,17 +61,7 @@ pub struct MatrixAxis {
     pub values: Vec<SweepValue>,
     /// Other keys, each with as many values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub with: Vec<MatrixTied>,
-}
-
-/// A key that changes along with another.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MatrixTied {
-    /// Key of the scene.
-    pub key: String,
-    /// Its values, one for each of the other key.
-    pub values: Vec<SweepValue>,
+    pub with: Vec<Tied>,
 }
 
 /// How a cell has to end.

@@ -153,6 +153,18 @@ pub enum Measure {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         over: Option<f64>,
     },
+    /// Largest distance [m] of a node from the mirror image of the node that is its mirror image in the initial mesh: 0 for a shape as symmetric as
+    /// that. None where a node has no such partner.
+    Asymmetry {
+        /// Axis across the mirror.
+        axis: super::Axis,
+        /// Place of the mirror along it [m].
+        #[serde(default)]
+        at: f64,
+        /// Length that the distance is divided by [m], > 0. Absent: the distance itself.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        over: Option<f64>,
+    },
     /// Square of the mean [1/m2] or Gauss curvature [1/m4], by quadrics fitted to the nodes around each node.
     CurvatureSquare {
         /// Which curvature.
@@ -206,6 +218,18 @@ pub enum Measure {
     },
     /// The load factor `t`, or the time [s].
     LoadFactor,
+    /// The load factor `t`, or the time [s], that a run has come to; in a sweep also that of a run whose equations could not be solved any more, which then
+    /// is no failure but a result.
+    TimeReached,
+    /// The same, but no further than a column of `history.csv` keeps between two bounds: how long a run stays sound that does not fail.
+    TimeWithin {
+        /// Name of the column.
+        column: String,
+        /// Smallest value, in the column's unit.
+        least: f64,
+        /// Largest value.
+        most: f64,
+    },
     /// The value of a column of `history.csv` at the step that is measured, by default the last, for example `kinetic_energy_J`.
     History {
         /// Name of the column.

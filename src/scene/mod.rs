@@ -38,7 +38,7 @@ pub use ladder::{Ladder, LadderExpectation, LadderMesh, Refinement};
 pub use load::{Axis, EdgeLoad, Force, Gravity, Moment, Motion, Pin, PinDirector, Pressure, Rotation};
 pub use machine_direction::{MachineDirection, Transport};
 pub use material::{Composition, Lame, Layer, Layers, Material, OrthotropicModuli};
-pub use matrix::{Ends, Matrix, MatrixAxis, MatrixPart, MatrixTied};
+pub use matrix::{Ends, Matrix, MatrixAxis, MatrixPart};
 pub use measure::{CurvatureKind, Distance, EnergyPart, Measure, Statistic, Weighting};
 pub use mesh::{
     Annulus, Cylinder, Disc, Flatten, FlattenOnto, Grid, MeshFile, MeshTable, Midpoints, Outline, Pattern, Rectangle, Refine, RegionTable,
@@ -57,7 +57,7 @@ pub use solve::{AdaptiveDt, Dynamics, Integrator, Method, Output, Perturbation, 
 pub use source::Source;
 pub use stepping::{Adaptive, ArcLength, Reached};
 pub use suspicion::suspicions;
-pub use sweep::{Fit, FitExpectation, FitKind, Logarithmic, SecondKey, Sweep, SweepMeasure, SweepValue};
+pub use sweep::{Fit, FitExpectation, FitKind, Largest, Logarithmic, SecondKey, Shapes, Sweep, SweepMeasure, SweepValue, Tied};
 
 /// Variables of an expression of time: t [s], in statics without `end` the load factor.
 pub const TIME: &[&str] = &["t"];

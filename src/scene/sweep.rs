@@ -18,11 +18,23 @@ pub struct Sweep {
     /// Its values, evenly spaced by their logarithms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub logarithmic: Option<Logarithmic>,
+    /// Other keys that change along with it, each with as many values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub with: Vec<Tied>,
     /// Another key, for a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<SecondKey>,
+    /// Changes of the scene that hold for all runs, as behind `--set`: `"cosserat.scheme=strong-form"`, `"dynamics.end=2"`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
     /// What is measured of each run.
     pub measures: Vec<SweepMeasure>,
+    /// How far the shapes of successive runs are from each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes: Option<Shapes>,
+    /// Up to which value of the second key a measure suffices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest: Option<Largest>,
     /// A law fitted to one of the measures, for each value of the second key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fit: Option<Fit>,
@@ -40,6 +52,51 @@ pub struct SecondKey {
     /// Its values, evenly spaced by their logarithms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub logarithmic: Option<Logarithmic>,
+}
+
+impl Sweep {
+    /// The values of the first key.
+    pub fn list(&self) -> Vec<SweepValue> {
+        self.logarithmic.map_or_else(|| self.values.clone(), |table| table.values())
+    }
+}
+
+impl SecondKey {
+    /// The values.
+    pub fn list(&self) -> Vec<SweepValue> {
+        self.logarithmic.map_or_else(|| self.values.clone(), |table| table.values())
+    }
+}
+
+/// A key that changes along with another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tied {
+    /// Key of the scene.
+    pub key: String,
+    /// Its values, one for each of the other key.
+    pub values: Vec<SweepValue>,
+}
+
+/// Two more columns: the distance of each run's shape from that of the value of the first key before, root mean square and largest over the
+/// nodes that all runs have in the same initial places. Shapes that converge come ever closer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shapes {
+    /// Time of the checkpoints to compare [s]; the nearest kept ones are taken. Absent: the last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+}
+
+/// One more table: for each value of the first key the largest value of the second with which, and with all smaller ones, a measure is large
+/// enough, as the largest stable time step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Largest {
+    /// Name of the measure.
+    pub measure: String,
+    /// Its smallest value that suffices, in its unit.
+    pub least: f64,
 }
 
 /// Numbers evenly spaced by their logarithms.

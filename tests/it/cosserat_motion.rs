@@ -17,6 +17,8 @@ struct Case {
     held: bool,
     velocity: fn(f64, f64) -> Vector3<f64>,
     table: Option<RoundTable>,
+    /// Whether the constants are those of the other model.
+    terzopoulos: bool,
 }
 
 const SOFT: Constants = Constants { eta: [4.0; 3], xi: [1e-2; 3], phi: [5e-2; 3] };
@@ -27,7 +29,11 @@ fn model(case: &Case) -> GridModel {
     let grid = Grid { nodes: [n, n], spacing: [1.0 / (n as f64 - 1.0); 2] };
     let positions: Vec<_> =
         (0..grid.len()).map(|k| grid.place(k)).map(|[i, j]| Vector3::new(i as f64, j as f64, 0.0) * grid.spacing[0]).collect();
-    let elasticity = Elasticity::Cosserat { constants: case.constants, mixed: false };
+    let elasticity = if case.terzopoulos {
+        Elasticity::Terzopoulos(case.constants)
+    } else {
+        Elasticity::Cosserat { constants: case.constants, mixed: false }
+    };
     let x: Vec<f64> = positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     let masses = node_shares(&quadrangles(&grid), &x);
     let border = |node: &usize| grid.place(*node).iter().any(|at| *at == 0 || *at == n - 1);
@@ -59,7 +65,8 @@ fn total(model: &GridModel) -> f64 {
 #[test]
 fn a_damped_free_sheet_loses_energy_in_every_step() {
     let velocity = |x: f64, y: f64| Vector3::new(0.4 * y, -0.3 * x * x, 2.0 * (3.0 * x).sin() * y);
-    let mut model = model(&Case { n: 7, constants: SOFT, damping: Some(0.5), strong: None, held: false, velocity, table: None });
+    let mut model =
+        model(&Case { n: 7, constants: SOFT, damping: Some(0.5), strong: None, held: false, velocity, table: None, terzopoulos: false });
     let mut energies = vec![total(&model)];
     for step in 1..=60 {
         model.advance(0.02, 0.02 * f64::from(step)).unwrap();
@@ -72,7 +79,8 @@ fn a_damped_free_sheet_loses_energy_in_every_step() {
 #[test]
 fn a_free_sheet_keeps_its_momentum() {
     let velocity = |x: f64, y: f64| Vector3::new(0.4 * y, -0.3 * x * x, 2.0 * (3.0 * x).sin() * y);
-    let mut model = model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity, table: None });
+    let mut model =
+        model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity, table: None, terzopoulos: false });
     let before = model.momentum().unwrap();
     for step in 1..=40 {
         model.advance(0.02, 0.02 * f64::from(step)).unwrap();
@@ -85,7 +93,7 @@ fn a_free_sheet_keeps_its_momentum() {
 fn frequency(n: usize, strong: Option<(Border, Divergence)>) -> f64 {
     let velocity = |x: f64, y: f64| Vector3::z() * (1e-6 * (PI * x).sin() * (PI * y).sin());
     let constants = Constants { phi: [0.0; 3], ..SOFT };
-    let mut model = model(&Case { n, constants, damping: None, strong, held: true, velocity, table: None });
+    let mut model = model(&Case { n, constants, damping: None, strong, held: true, velocity, table: None, terzopoulos: false });
     let exact = (16.0 * 1e-2 * PI.powi(4)).sqrt();
     // First order in time, and far finer than in space.
     let dt = 2.0 * PI / exact / 800.0;
@@ -120,7 +128,8 @@ fn the_symmetric_rule_keeps_the_symmetries_of_a_square() {
     let velocity = |x: f64, y: f64| Vector3::z() * (4.0 * (PI * x).sin() * (PI * y).sin());
     for divergence in [Divergence::AsPrinted, Divergence::Conservative] {
         let strong = Some((Border::Symmetric, divergence));
-        let mut model = model(&Case { n, constants: SOFT, damping: Some(0.5), strong, held: false, velocity, table: None });
+        let mut model =
+            model(&Case { n, constants: SOFT, damping: Some(0.5), strong, held: false, velocity, table: None, terzopoulos: false });
         for step in 1..=12 {
             model.advance(0.01, 0.01 * f64::from(step)).unwrap();
         }
@@ -153,10 +162,34 @@ fn the_symmetric_rule_keeps_the_symmetries_of_a_square() {
 fn nodes_on_the_table_start_at_rest() {
     let table = Some(RoundTable { centre: Vector3::new(0.5, 0.5, 0.0), radius: 0.4 });
     let velocity = |_: f64, _: f64| Vector3::new(0.1, 0.2, 0.3);
-    let state = model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity, table }).snapshot();
+    let state =
+        model(&Case { n: 7, constants: SOFT, damping: None, strong: None, held: false, velocity, table, terzopoulos: false }).snapshot();
     let [stuck, v] = ["stuck", "velocity"].map(|name| &state.field(name).unwrap().data);
     assert!(stuck.contains(&1.0) && stuck.contains(&0.0));
     for (stuck, v) in stuck.iter().zip(v.chunks_exact(3)) {
         assert_eq!(v.iter().all(|v| *v == 0.0), *stuck == 1.0);
+    }
+}
+
+/// Damping per present area grows with the area by (35), so its total with the square of it; that of the other model does not know the area.
+#[test]
+fn damping_follows_the_area_of_a_cosserat_surface_alone() {
+    let velocity = |_: f64, _: f64| Vector3::new(0.0, 0.0, 2.0);
+    for (terzopoulos, share) in [(false, 1.5f64.powi(4)), (true, 1.0)] {
+        let constants = Constants { phi: [0.0; 3], ..SOFT };
+        for strong in [None, Some((Border::Symmetric, Divergence::Conservative))] {
+            let mut model = model(&Case { n: 5, constants, damping: Some(0.5), strong, held: false, velocity, table: None, terzopoulos });
+            let mut state = model.snapshot();
+            let position = state.fields.iter_mut().find(|field| field.name == "position").unwrap();
+            position.data.iter_mut().for_each(|x| *x *= 1.5);
+            model.restore(&state).unwrap();
+            let dt = 1e-3;
+            model.advance(dt, dt).unwrap();
+            let after = model.momentum().unwrap().z;
+            // Implicit Euler, or the mean of the velocities before and after.
+            let c = 0.5 * share * dt;
+            let expected = if strong.is_some() { 2.0 * (1.0 - 0.5 * c) / (1.0 + 0.5 * c) } else { 2.0 / (1.0 + c) };
+            assert!((after - expected).abs() < 1e-9, "{terzopoulos} {strong:?} {after} {expected}");
+        }
     }
 }

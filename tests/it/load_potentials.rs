@@ -3,7 +3,7 @@
 use crate::finite_differences::{bind, compare, dense, patch};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
-use thinshell::load::{DeadLoad, Load, Pressure, Viewpoint};
+use thinshell::load::{DeadLoad, Drag, Load, Pressure, Viewpoint};
 use thinshell::math::quadrature::{linear_radon, linear_triangle, quadratic_triangle};
 use thinshell::mesh::{Mesh, Topology};
 use thinshell::sparse::{Curvature, Potential, System};
@@ -50,6 +50,23 @@ fn shaken(nodes: &[Vector3<f64>]) -> Vec<f64> {
 
 fn at(x: &[f64], node: usize) -> Vector3<f64> {
     Vector3::new(x[3 * node], x[3 * node + 1], x[3 * node + 2])
+}
+
+#[test]
+fn drag_has_the_derivatives_of_its_energy() {
+    let nodes = patch().vertices;
+    let start: Vec<f64> = nodes.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    let coefficients: Vec<f64> = (0..nodes.len()).map(|n| 0.3 + 0.1 * n as f64).collect();
+    let mut drag = Drag::new(coefficients.clone());
+    drag.start_step(&start, 0.02, FACTOR);
+    let x = shaken(&nodes);
+    compare(&mut drag, &x);
+    // Against the way of each node, at the speed that it has in the step.
+    let forces = forces(&mut drag, &x);
+    for (n, (force, c)) in forces.iter().zip(coefficients).enumerate() {
+        let expected = -(at(&x, n) - at(&start, n)) * (FACTOR * c / 0.02);
+        assert!(expected.norm() > 1e-3 && (force - expected).norm() < 1e-12 * expected.norm(), "{n} {force} {expected}");
+    }
 }
 
 /// Force of each node: the negative gradient.

@@ -166,6 +166,143 @@ measures = [{ name = "energy", measure = { energy = {} } }]
     assert_eq!(result(&sandbox)["sweeps"][0]["rows"][1]["missed"][0], "left: energy has no value (squares)");
 }
 
+/// A sheet that is thrown up, by the difference scheme, which blows up in long steps, or by the variational one, which does not.
+const THROWN: &str = r#"
+model = "cosserat"
+[mesh.grid]
+nodes = [7, 7]
+size = [1, 1]
+[cosserat]
+eta = 40
+xi = 1e-2
+mass = 1
+scheme = "strong-form"
+[dynamics]
+dt = 0.1
+end = 3.0
+velocity = [0, 0, "40 * x * y * (1 - x)"]
+[output]
+interval = 0.5
+[solver]
+max_halvings = 0
+[[report.sweep]]
+name = "strong form"
+key = "dynamics.dt"
+values = [0.1, 0.0125]
+measures = [
+    { name = "came to", measure = "time-reached" },
+    { name = "sound until", measure = { time-within = { column = "area_m2", least = 0.9, most = 1.05 } } },
+    { name = "rise", measure = { displacement = { at = [1, 1, 0], axis = "z" } } },
+]
+[[report.sweep]]
+name = "variational"
+set = ["cosserat.scheme=variational"]
+key = "dynamics.dt"
+values = [0.1]
+measures = [
+    { name = "came to", measure = "time-reached", least = 3, source = "its energy never grows" },
+    { name = "sound until", measure = { time-within = { column = "kinetic_energy_J", least = 0, most = 1e9 } } },
+    { name = "never", measure = { time-within = { column = "area_m2", least = 0, most = 1e-3 } } },
+]
+"#;
+
+#[test]
+fn how_far_a_run_came_is_a_result() {
+    let sandbox = Sandbox::new(THROWN);
+    let (out, _) = sandbox.ok(&["report", "--sweep", "scene.toml"]);
+    let found = result(&sandbox);
+    let rows = found["sweeps"][0]["rows"].as_array().unwrap();
+    for row in rows {
+        let time = row["measures"][0].as_f64().unwrap();
+        let step = row["values"][0].as_f64().unwrap();
+        assert!(row["failure"].as_str().unwrap().contains("blown up") && (0.0..3.0).contains(&time), "{row}");
+        // The last step that was accepted, of which there is one a matrix.
+        assert!((time / step - time.div_euclid(step * (1.0 - 1e-9))).abs() < 1e-6, "{row}");
+        assert!((row["factorizations"].as_f64().unwrap() * step - time).abs() < 1e-6 + step, "{row}");
+        let sound = row["measures"][1].as_f64().unwrap();
+        assert!(sound <= time && row["measures"][2].is_null(), "{row}");
+    }
+    assert!(rows.iter().any(|row| row["measures"][1].as_f64() < row["measures"][0].as_f64()), "{rows:?}");
+    assert!(out.contains("Runs that stopped before their end") && !out.contains("failed:"), "{out}");
+    assert_eq!(found["sweeps"][1]["rows"][0]["measures"], json!([3.0, 3.0, 0.0]));
+    // Alone they are a table all the same, but not where nothing is asked that they could tell.
+    let alone = &THROWN[..THROWN.find("[[report.sweep]]\nname = \"variational").unwrap()];
+    Sandbox::new(alone).ok(&["report", "--sweep", "scene.toml", "-q"]);
+    let silent = with(alone, "    { name = \"came to\", measure = \"time-reached\" },\n", "");
+    let silent = with(
+        &silent,
+        "    { name = \"sound until\", measure = { time-within = { column = \"area_m2\", least = 0.9, most = 1.05 } } },\n",
+        "",
+    );
+    assert!(Sandbox::new(&silent).fails(3, &["report", "--sweep", "scene.toml", "-q"]).contains("every run of the sweep failed"));
+    // As an expectation it is the end.
+    let expect = "[[report.expect]]\nname = \"end\"\nmeasure = \"time-reached\"\nreference = 3\ntolerance = 0\nsource = \"the scene\"\n";
+    let scene = with(&format!("{THROWN}{expect}"), "scheme = \"strong-form\"\n", "");
+    Sandbox::new(&scene).ok(&["all", "scene.toml", "-q", "--set", "report.sweep=[]"]);
+}
+
+#[test]
+fn the_largest_value_up_to_which_a_measure_suffices_is_told() {
+    // The energy of a strip that is held flat is k^2 A / (24 (1 - nu^2)) over E h^3, so 0.0494, 0.0220 and 0.0055, whatever its thickness.
+    let bent = "second = { key = \"rest.pullback.bbar.0\", values = [-10, -30, -20] }\nlargest = { measure = \"scaled\", least = 0.015 }\nmeasures = [";
+    let sandbox = Sandbox::new(&held(&with(&with(SWEEP, "measures = [", bent), "count = 4", "count = 2")));
+    let (out, _) = sandbox.ok(&["report", "--sweep", "scene.toml"]);
+    let found = result(&sandbox)["sweeps"][0]["largest"].clone();
+    assert!(found["measure"] == "scaled" && found["least"] == 0.015, "{found}");
+    assert_eq!(found["rows"], json!([[1e-4, -20.0, -10.0], [1e-3, -20.0, -10.0]]));
+    assert!(out.contains("Largest rest.pullback.bbar.0 up to which scaled is at least 0.015:"), "{out}");
+    sandbox.ok(&["report", "--sweep", "scene.toml", "-q", "--set", "report.sweep.0.largest.least=0.1"]);
+    assert_eq!(result(&sandbox)["sweeps"][0]["largest"]["rows"], json!([[1e-4, null, -30.0], [1e-3, null, -30.0]]));
+}
+
+#[test]
+fn keys_change_together_and_shapes_are_compared() {
+    // A rope that is wider carries more: weight and stiffness go with the width, so with both the sag stays, and does not with one.
+    let scene = "model = \"cosserat\"\n[mesh.grid]\nnodes = [5, 3]\nsize = [1, 0.5]\n[cosserat]\neta = 10\nxi = 1e-2\nmass = 1\n[gravity]\n\
+                 [[pin]]\nregion = \"left\"\n[[pin]]\nregion = \"right\"\n[statics]\nsteps = 2\n";
+    let sweep = "[[report.sweep]]\nname = \"both\"\nkey = \"cosserat.mass\"\nvalues = [1, 2]\nshapes = {}\n\
+                 with = [{ key = \"cosserat.eta\", values = [10, 20] }, { key = \"cosserat.xi\", values = [1e-2, 2e-2] }]\n\
+                 measures = [{ name = \"sag\", measure = { displacement = { at = [0.5, 0, 0], axis = \"z\" } } }]\n\
+                 [[report.sweep]]\nname = \"grids\"\nkey = \"mesh.grid.nodes\"\nvalues = [\"[5, 3]\", \"[9, 5]\", \"[17, 9]\"]\nshapes = { time = 1.0 }\n\
+                 measures = [{ name = \"sag\", measure = { displacement = { at = [0.5, 0, 0], axis = \"z\" } } }]\n";
+    let sandbox = Sandbox::new(&format!("{scene}{sweep}"));
+    sandbox.ok(&["report", "--sweep", "scene.toml", "-q"]);
+    let found = result(&sandbox);
+    let value = |sweep: usize, row: usize, measure: usize| found["sweeps"][sweep]["rows"][row]["measures"][measure].as_f64();
+    let [a, b] = [0, 1].map(|row| value(0, row, 0).unwrap());
+    assert!(a < -0.05 && (a / b - 1.0).abs() < 1e-6, "{found}");
+    assert!(found["sweeps"][0]["measures"].as_array().unwrap().len() == 3 && value(0, 0, 1).is_none(), "{found}");
+    assert!(value(0, 1, 2).unwrap() < 1e-6 * a.abs(), "{found}");
+    let [rms, largest] = [1, 2].map(|measure| [1, 2].map(|row| value(1, row, measure).unwrap()));
+    assert!(rms[1] < 0.5 * rms[0] && rms[0] < largest[0] && largest[1] < 0.5 * largest[0], "{found}");
+    // At least as far as the point that is named.
+    assert!(largest[0] >= (value(1, 1, 0).unwrap() - value(1, 0, 0).unwrap()).abs(), "{found}");
+    for (from, to, message) in [
+        ("[10, 20]", "[10]", "report.sweep.0.with.0.values = [10]: has 1 values, must have 2"),
+        (
+            "shapes = { time = 1.0 }",
+            "shapes = { time = 1.5 }",
+            "report.sweep.1.shapes.time = 1.5: 1.5 with mesh.grid.nodes=[5, 3]: is after the end",
+        ),
+        ("shapes = {}", "set = [\"cosserat.mass\"]", "report.sweep.0.set.0 = \"cosserat.mass\": `key=value` expected"),
+        (
+            "shapes = {}",
+            "set = [\"cosserat.damping=0\"]",
+            "report.sweep.0.set.0 = \"cosserat.damping=0\": cosserat.damping = 0: must be > 0 [kg/s]",
+        ),
+        ("shapes = {}", "set = [\"cosserat.hue=1\"]", "report.sweep.0.set.0 = \"cosserat.hue=1\": cosserat.hue: unknown key"),
+        (
+            "shapes = {}",
+            "largest = { measure = \"sag\", least = 1 }",
+            "report.sweep.0.largest = { measure = \"sag\", least = 1 }: needs a second key whose values are numbers",
+        ),
+    ] {
+        let message_found = Sandbox::new(&with(&format!("{scene}{sweep}"), from, to)).fails(2, &["report", "--sweep", "scene.toml"]);
+        let flat = message_found.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(flat.contains(message), "{message}\n{flat}");
+    }
+}
+
 #[test]
 fn wrong_values_are_refused_before_anything_runs() {
     let list = |key: &str, values: &str| {

@@ -225,6 +225,32 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("exponent = 0.0", "exponent = §inf", "report.sweep.0.fit.expect.exponent = inf: must be finite"),
     ("tolerance = 0.1,", "tolerance = §-1,", "report.sweep.0.fit.expect.tolerance = -1: must be >= 0 [1]"),
     ("source = \"scaling\"", "source = §\"\"", "report.sweep.0.fit.expect.source = \"\": must not be empty"),
+    (
+        "values = [900, 1000, 1100]",
+        "values = §[900]",
+        "report.sweep.0.with.0.values = [900]: has 1 values, must have 3 as the key that it goes with",
+    ),
+    (
+        "key = \"shell.density\", values = [900",
+        "key = §\"\", values = [900",
+        "report.sweep.0.with.0.key = \"\": must be names joined by dots",
+    ),
+    (
+        "set = [\"output.reactions=false\"]",
+        "set = [§\"output.reactions\"]",
+        "report.sweep.0.set.0 = \"output.reactions\": `key=value` expected",
+    ),
+    ("shapes = { time = 0.75 }", "shapes = { time = §-1 }", "report.sweep.0.shapes.time = -1: must be >= 0 [s]"),
+    (
+        "shapes = { time",
+        "largest = { measure = §\"work\", least = 1 }\nshapes = { time",
+        "report.sweep.0.largest.measure = \"work\": is the name of no measure",
+    ),
+    (
+        "shapes = { time",
+        "largest = §{ measure = \"energy\", least = 1 }\nshapes = { time",
+        "report.sweep.0.largest: needs a second key whose values are numbers",
+    ),
     // Matrices.
     ("most_factorizations = 5000", "most_factorizations = §0", "report.matrix.most_factorizations = 0: must be >= 1"),
     ("most_iterations = 40.0", "most_iterations = §0", "report.matrix.most_iterations = 0: must be > 0 [1]"),
@@ -239,7 +265,11 @@ const WRONG: &[(&str, &str, &str)] = &[
     ),
     ("key = \"shell.youngs_modulus\"", "key = §\"shell.\"", "report.matrix.part.0.axes.0.key = \"shell.\": must be names joined by dots"),
     ("values = [1e3, 1e12]", "values = §[]", "report.matrix.part.0.axes.0.values = []: must not be empty"),
-    ("values = [10, 100]", "values = §[10]", "report.matrix.part.0.axes.0.with.0.values = [10]: has 1 values, must have 2 as the axis"),
+    (
+        "values = [10, 100]",
+        "values = §[10]",
+        "report.matrix.part.0.axes.0.with.0.values = [10]: has 1 values, must have 2 as the key that it goes with",
+    ),
     ("ends = \"either\"", "ends = §\"somehow\"", "`somehow` is not a choice here"),
     ("name = \"lift\"", "name = §\"\"", "report.matrix.measures.0.name = \"\": must not be empty"),
     // Random velocities.

@@ -24,9 +24,7 @@ pub(super) fn matrix(table: &Matrix, scene: &Scene) -> Check {
         named(&format!("{key}.name"), &entry.name)?;
         let new = table.parts[..i].iter().all(|other| other.name != entry.name);
         require(&format!("{key}.name"), new, "a part of this name comes before")?;
-        for (k, text) in entry.set.iter().enumerate() {
-            require(&format!("{key}.set.{k}"), text.contains('='), "`key=value` expected")?;
-        }
+        changes(&format!("{key}.set"), &entry.set)?;
         let mut product = 1usize;
         for (k, axis) in entry.axes.iter().enumerate() {
             let key = format!("{key}.axes.{k}");
@@ -41,10 +39,20 @@ pub(super) fn matrix(table: &Matrix, scene: &Scene) -> Check {
     require(&key("part"), cells <= MOST_CELLS, format!("makes {cells} cells, must be at most {MOST_CELLS}"))
 }
 
+/// Changes of a scene; `at` is the key of their list.
+pub(super) fn changes(at: &str, changes: &[String]) -> Check {
+    let wrong = changes.iter().position(|text| !text.contains('='));
+    wrong.map_or(Ok(()), |k| require(&format!("{at}.{k}"), false, "`key=value` expected"))
+}
+
 /// A key and as many values of it.
-fn values(at: &str, key: &str, values: &[SweepValue], count: usize) -> Check {
+pub(super) fn values(at: &str, key: &str, values: &[SweepValue], count: usize) -> Check {
     let parts = key.split('.').all(|part| !part.trim().is_empty()) && !key.contains('=');
     require(&format!("{at}.key"), parts, "must be names joined by dots")?;
     require(&format!("{at}.values"), !values.is_empty(), "must not be empty")?;
-    require(&format!("{at}.values"), values.len() == count, format!("has {} values, must have {count} as the axis", values.len()))
+    require(
+        &format!("{at}.values"),
+        values.len() == count,
+        format!("has {} values, must have {count} as the key that it goes with", values.len()),
+    )
 }

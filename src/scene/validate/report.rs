@@ -86,6 +86,10 @@ fn measure(key: &str, measure: &Measure, scene: &Scene) -> Check {
             positive_or_absent(&format!("{key}.surface-distance.over"), *over, "m")
         }
         Measure::OriginalDistance { over, .. } => positive_or_absent(&format!("{key}.original-distance.over"), *over, "m"),
+        Measure::Asymmetry { at, over, .. } => {
+            finite(&format!("{key}.asymmetry.at"), &[*at], "m")?;
+            positive_or_absent(&format!("{key}.asymmetry.over"), *over, "m")
+        }
         Measure::Waves { region } => named(&format!("{key}.waves.region"), region),
         Measure::WaveAmplitude { region } => named(&format!("{key}.wave-amplitude.region"), region),
         Measure::Energy { over, .. } => {
@@ -104,10 +108,17 @@ fn measure(key: &str, measure: &Measure, scene: &Scene) -> Check {
         Measure::ReactionMoment { region, about, .. } => modes::reaction(&format!("{key}.reaction-moment"), region, Some(about), scene),
         Measure::Frequency { mode } => modes::mode(&format!("{key}.frequency"), *mode, ModeKind::Vibration, scene),
         Measure::BucklingFactor { mode } => modes::mode(&format!("{key}.buckling-factor"), *mode, ModeKind::Buckling, scene),
+        Measure::TimeWithin { column, least, most } => {
+            named(&format!("{key}.time-within.column"), column)?;
+            finite(&format!("{key}.time-within.least"), &[*least], "unit of the column")?;
+            finite(&format!("{key}.time-within.most"), &[*most], "unit of the column")?;
+            require(&format!("{key}.time-within.most"), least <= most, "must not be less than `least`")
+        }
         Measure::History { column } => named(&format!("{key}.history.column"), column),
         Measure::CurvatureSquare { .. }
         | Measure::EnergyRatio { .. }
         | Measure::LoadFactor
+        | Measure::TimeReached
         | Measure::NewtonIterations
         | Measure::Factorizations => Ok(()),
     }
@@ -239,7 +250,25 @@ fn sweep(key: &str, table: &Sweep, scene: &Scene) -> Check {
     require(key, runs <= MOST_RUNS, format!("makes {runs} runs, must be at most {MOST_RUNS}"))?;
     require(&format!("{key}.measures"), !table.measures.is_empty(), "must not be empty")?;
     sweep_measures(&format!("{key}.measures"), &table.measures, scene)?;
-    table.fit.as_ref().map_or(Ok(()), |law| fit(&format!("{key}.fit"), law, table, &first))
+    let known = |name: &str| table.measures.iter().any(|measure| measure.name == name);
+    if let Some(shapes) = &table.shapes {
+        let passes = shapes.time.is_none_or(|time| time >= 0.0 && time.is_finite());
+        require(&format!("{key}.shapes.time"), passes, "must be >= 0 [s]")?;
+        require(&format!("{key}.shapes"), first.len() > 1, "needs two values of the key or more")?;
+    }
+    if let Some(largest) = &table.largest {
+        let key = format!("{key}.largest");
+        require(&format!("{key}.measure"), known(&largest.measure), "is the name of no measure of the sweep")?;
+        finite(&format!("{key}.least"), &[largest.least], "unit of the measure")?;
+        let second = table.second.as_ref().map_or(Vec::new(), SecondKey::list);
+        let numbers = !second.is_empty() && second.iter().all(|value| value.number().is_some());
+        require(&key, numbers, "needs a second key whose values are numbers")?;
+    }
+    table.fit.as_ref().map_or(Ok(()), |law| fit(&format!("{key}.fit"), law, table, &first))?;
+    for (i, tied) in table.with.iter().enumerate() {
+        matrix::values(&format!("{key}.with.{i}"), &tied.key, &tied.values, first.len())?;
+    }
+    matrix::changes(&format!("{key}.set"), &table.set)
 }
 
 /// Measures with limits; `key` is that of their list.

@@ -6,6 +6,7 @@ use crate::case::{Folder, History, history::Table};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Quality};
 use crate::report::Cost;
+use crate::scene::Measure;
 use crate::snapshot::Snapshot;
 use nalgebra::Vector3;
 
@@ -94,6 +95,11 @@ impl<'a> Case<'a> {
         })
     }
 
+    /// The history.
+    pub fn history(&self) -> &Table {
+        &self.history
+    }
+
     /// Columns of the history.
     pub fn columns(&self) -> &[String] {
         &self.history.columns
@@ -178,18 +184,44 @@ impl<'a> Case<'a> {
     }
 }
 
+/// A run whose equations could not be solved any more.
+pub struct Stopped {
+    /// Why.
+    pub reason: String,
+    /// Its history up to there.
+    history: Table,
+}
+
+impl Stopped {
+    /// What can be said of a measure all the same.
+    pub fn measure(&self, measure: &Measure) -> Option<f64> {
+        match measure {
+            Measure::TimeReached => Some(self.history.last("time_s").unwrap_or(0.0)),
+            Measure::TimeWithin { column, least, most } => Some(time_within(&self.history, column, [*least, *most])),
+            _ => None,
+        }
+    }
+}
+
+/// Time [s], or load factor, of the last step of a history up to which all values of a column are within bounds; 0 without one.
+pub fn time_within(history: &Table, column: &str, [least, most]: [f64; 2]) -> f64 {
+    let [values, times] = [column, "time_s"].map(|name| history.column(name).unwrap_or_default());
+    let sound = values.iter().take_while(|value| (least..=most).contains(*value)).count();
+    sound.checked_sub(1).and_then(|last| times.get(last).copied()).unwrap_or(0.0)
+}
+
 /// What a case that was run for a table gave: measures, where it could be run, and its cost.
 pub struct Trial {
-    /// One per measure, none where it is not finite; or why the run failed.
-    pub values: std::result::Result<Vec<Option<f64>>, String>,
-    /// Cost; of a run that failed, no more than the numbers of faces and unknowns.
+    /// One per measure, none where it is not finite; or where and why the run stopped.
+    pub values: std::result::Result<Vec<Option<f64>>, Stopped>,
+    /// Cost; of a run that failed, up to there.
     pub cost: Cost,
     /// Longest edge of the mesh [m].
     pub longest_edge: f64,
 }
 
 /// Runs a case and takes measures at their places. Equations that cannot be solved are a result; other errors are errors.
-pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Spot)]) -> Result<Trial> {
+pub fn attempt(job: &Job, measures: &[(&Measure, Spot)]) -> Result<Trial> {
     match all::until_run(job) {
         Ok(()) => {
             let case = Case::load(job)?;
@@ -202,8 +234,17 @@ pub fn attempt(job: &Job, measures: &[(&crate::scene::Measure, Spot)]) -> Result
         }
         Err(Error::Numerical { message, .. }) => {
             let mesh = mesh_stage::load(job)?;
-            let cost = Cost { faces: mesh.faces.len(), dofs: setup::load(job)?.0.free_unknowns, ..Cost::default() };
-            Ok(Trial { values: Err(message), cost, longest_edge: Quality::of(&mesh).edge_length[2] })
+            let path = run_stage::history_path(job);
+            let history = if path.exists() { History::read(&path)? } else { Table::default() };
+            let last = |column: &str| history.last(column).unwrap_or(0.0);
+            let cost = Cost {
+                faces: mesh.faces.len(),
+                dofs: setup::load(job)?.0.free_unknowns,
+                wall_s: last("wall_s"),
+                newton_iterations: (last("newton_iterations") + last("fallback_iterations")) as u64,
+                factorizations: last("factorizations") as u64,
+            };
+            Ok(Trial { values: Err(Stopped { reason: message, history }), cost, longest_edge: Quality::of(&mesh).edge_length[2] })
         }
         Err(e) => Err(e),
     }

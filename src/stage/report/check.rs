@@ -71,7 +71,7 @@ fn check(key: &str, measure: &Measure, scene: &Scene, mesh: &Mesh, columns: &[&s
             let association = if of_faces { Association::Face } else { Association::Node };
             members(mesh, &format!("{key}.field.region"), region, association).map(drop)
         }
-        Measure::History { column } if column != "step" && !columns.contains(&column.as_str()) => {
+        Measure::History { column } | Measure::TimeWithin { column, .. } if column != "step" && !columns.contains(&column.as_str()) => {
             Err(Error::input_with_help(key, format!("the history has no column '{column}'"), format!("it has: {}", columns.join(", "))))
         }
         _ => Ok(()),

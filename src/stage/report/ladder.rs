@@ -157,7 +157,7 @@ fn run(job: &Job, ladder: &Ladder, variant: &Variant, resolution: f64, met: &[&E
             Some(value) => (Some((value - ladder.reference).abs()), None),
             None => (None, Some("the measure is not finite".to_owned())),
         },
-        Err(reason) => (None, Some(reason)),
+        Err(stopped) => (None, Some(stopped.reason)),
     };
     Ok(LadderRow {
         director: match variant.element {

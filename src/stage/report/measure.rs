@@ -4,10 +4,11 @@ use super::super::build::{self, place_values};
 use super::super::fields::State;
 use super::super::grid_fields::Shown;
 use super::super::{mesh as mesh_stage, modes, setup};
-use super::case::{Case, When};
+use super::case::{Case, When, time_within};
 use super::reactions;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Topology, conformal};
+use crate::report::shapes::{Shape, asymmetry};
 use crate::report::{Surface, Waves, curvature, cylinder_distance, mean, median, nodes_distance, surface_distance, vertex_areas, waves};
 use crate::scene::{self, CurvatureKind, Distance, EnergyPart, Expr, Measure, Scene, Statistic, Weighting};
 use crate::snapshot::{Association, Field};
@@ -52,6 +53,10 @@ impl Case<'_> {
                 let original = Image::original("report: original-distance", mesh, *kind)?;
                 Ok(original.distance(mesh, &self.positions(when)?, *mirror) / over.unwrap_or(1.0))
             }
+            Measure::Asymmetry { axis, at, over } => {
+                let shape = Shape { places: mesh.nodes(), positions: self.positions(when)? };
+                Ok(asymmetry(&shape, build::axis_index(*axis), *at) / over.unwrap_or(1.0))
+            }
             Measure::CurvatureSquare { of, weighting } => Ok(curvature_square(mesh, &self.positions(when)?, *of, *weighting)),
             Measure::Waves { region } => Ok(self.waves(region, when)?.map_or(f64::NAN, |w| w.number as f64)),
             Measure::WaveAmplitude { region } => Ok(self.waves(region, when)?.map_or(f64::NAN, |w| w.amplitude)),
@@ -71,7 +76,8 @@ impl Case<'_> {
             Measure::Field { name, component, statistic, minus, region } => {
                 self.statistic(name, *component, *statistic, minus.as_ref(), region.as_deref(), when)
             }
-            Measure::LoadFactor => Ok(self.snapshot(when)?.time),
+            Measure::LoadFactor | Measure::TimeReached => Ok(self.snapshot(when)?.time),
+            Measure::TimeWithin { column, least, most } => Ok(time_within(self.history(), column, [*least, *most])),
             Measure::History { column } => self.told(column, when),
             Measure::NewtonIterations => Ok(self.told("newton_iterations", when)? + self.told("fallback_iterations", when)?),
             Measure::Factorizations => self.told("factorizations", when),

@@ -1,11 +1,12 @@
 //! `report --sweep`: runs a scene over values of its keys, tabulates measures, fits laws.
 
 use super::super::{Job, mesh as mesh_stage, setup};
-use super::case::attempt;
+use super::case::{Case, attempt};
 use super::path::Spot;
 use crate::error::{Error, Result};
-use crate::report::{Sweep, SweepFit, SweepRow, number, sweep as table};
-use crate::scene::{self, Logarithmic, SweepMeasure, SweepValue};
+use crate::report::shapes::{SHAPE_DISTANCES, Shape, shape_distances};
+use crate::report::{Sweep, SweepFit, SweepLargest, SweepRow, number, sweep as table};
+use crate::scene::{self, SweepMeasure, SweepValue};
 use serde_json::Value;
 use std::path::Path;
 
@@ -24,21 +25,36 @@ pub fn sweep(job: &Job, json: Option<&Path>) -> Result<()> {
     let mut results = Vec::new();
     for (sweep, runs) in sweeps.iter().zip(planned) {
         let mut rows = Vec::new();
+        let mut shapes = Vec::new();
         for run in runs {
-            rows.push(row(job, sweep, run)?);
+            let (row, shape) = row(job, sweep, run)?;
+            rows.push(row);
+            shapes.push(shape);
         }
-        let fits = fits(sweep, &rows);
-        let keys = [Some(&sweep.key), sweep.second.as_ref().map(|s| &s.key)].into_iter().flatten().cloned().collect();
-        let measures = sweep.measures.iter().map(|m| m.name.clone()).collect();
+        let mut measures: Vec<String> = sweep.measures.iter().map(|m| m.name.clone()).collect();
         let mut limits: Vec<[Option<f64>; 2]> = sweep.measures.iter().map(|m| [m.least, m.most]).collect();
+        if sweep.shapes.is_some() {
+            let second = sweep.second.as_ref().map_or(1, |second| second.list().len());
+            for (row, distances) in rows.iter_mut().zip(shape_distances(&shapes, second)) {
+                row.measures.extend(distances);
+            }
+            measures.extend(SHAPE_DISTANCES.map(String::from));
+            limits.extend([[None; 2]; 2]);
+        }
         if limits.as_flattened().iter().all(Option::is_none) {
             limits.clear();
         }
-        results.push(Sweep { name: sweep.name.clone(), keys, measures, limits, rows, fits });
+        let fits = fits(sweep, &rows);
+        let largest = sweep.largest.as_ref().map(|entry| {
+            let place = sweep.measures.iter().position(|m| m.name == entry.measure).unwrap_or(0);
+            SweepLargest::new(&entry.measure, place, entry.least, &rows)
+        });
+        let keys = [Some(&sweep.key), sweep.second.as_ref().map(|s| &s.key)].into_iter().flatten().cloned().collect();
+        results.push(Sweep { name: sweep.name.clone(), keys, measures, limits, rows, fits, largest });
     }
     let tables: Vec<String> = results.iter().map(Sweep::to_markdown).collect();
     super::publish(job, "sweep", &table::to_json(&job.name(), &results), &tables.join("\n"), json)?;
-    super::fail_if_all(results.iter().flat_map(|s| &s.rows).map(|row| row.failure.is_some()), "sweep")?;
+    super::fail_if_all(results.iter().flat_map(|s| &s.rows).map(SweepRow::has_failed), "sweep")?;
     let missed: Vec<&str> = results.iter().filter(|s| !s.passed()).map(|s| s.name.as_str()).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed(format!("expectations of sweeps missed: {}", missed.join(", ")))) }
 }
@@ -63,45 +79,51 @@ pub fn check_sweeps(job: &Job) -> Result<()> {
 
 /// All runs of a sweep, each a scene.
 fn runs(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
-    let list = |values: &[SweepValue], logarithmic: &Option<Logarithmic>| logarithmic.map_or(values.to_vec(), |table| table.values());
-    let first = list(&sweep.values, &sweep.logarithmic);
-    let second = sweep.second.as_ref().map(|s| (s.key.as_str(), list(&s.values, &s.logarithmic)));
+    let second = sweep.second.as_ref().map(|s| (s.key.as_str(), s.list()));
     let key = format!("report.sweep.{number}");
     let of_value = |i: usize| if sweep.logarithmic.is_some() { format!("{key}.logarithmic") } else { format!("{key}.values.{i}") };
+    // Times at which the scene expects something need not be there in a run, which is not asked for it.
+    let expectations = job.scene.report.iter().flat_map(|report| &report.expectations).enumerate();
+    let timed = expectations.filter(|(_, e)| e.time.is_some()).map(|(i, _)| format!("report.expect.{i}.time=0"));
+    let silent: Vec<String> = timed.chain(["report.sweep=[]".to_owned()]).collect();
     let mut runs = Vec::new();
-    for (i, value) in first.iter().enumerate() {
-        let pairs: Vec<Vec<(&str, &SweepValue)>> = match &second {
-            Some((key, others)) => others.iter().map(|other| vec![(sweep.key.as_str(), value), (*key, other)]).collect(),
-            None => vec![vec![(sweep.key.as_str(), value)]],
-        };
-        for pair in pairs {
-            // Times at which the scene expects something need not be there in a run, which is not asked for it.
-            let expectations = job.scene.report.iter().flat_map(|report| &report.expectations).enumerate();
-            let timed = expectations.filter(|(_, e)| e.time.is_some()).map(|(i, _)| format!("report.expect.{i}.time=0"));
-            let silent = timed.chain(["report.sweep=[]".to_owned()]);
-            let overrides: Vec<String> = pair.iter().map(|(key, value)| format!("{key}={}", value.text())).chain(silent).collect();
+    for (i, value) in sweep.list().iter().enumerate() {
+        let others: Vec<Option<&SweepValue>> = second.as_ref().map_or(vec![None], |(_, list)| list.iter().map(Some).collect());
+        for other in others {
+            // What is changed, with the keys of name and value in this scene.
+            let mut changes: Vec<(String, [String; 2])> = Vec::new();
+            for (k, change) in sweep.set.iter().enumerate() {
+                changes.push((change.clone(), [(); 2].map(|()| format!("{key}.set.{k}"))));
+            }
+            changes.push((format!("{}={}", sweep.key, value.text()), [format!("{key}.key"), of_value(i)]));
+            for (k, tied) in sweep.with.iter().enumerate() {
+                let at = format!("{key}.with.{k}");
+                changes.push((format!("{}={}", tied.key, tied.values[i].text()), [format!("{at}.key"), format!("{at}.values.{i}")]));
+            }
+            if let Some((second, value)) = second.as_ref().map(|(key, _)| key).zip(other) {
+                changes.push((format!("{second}={}", value.text()), [format!("{key}.second.key"), format!("{key}.second")]));
+            }
+            let overrides: Vec<String> = changes.iter().map(|(change, _)| change).chain(&silent).cloned().collect();
             let made = scene::parse(&job.scene_file.display().to_string(), job.source.text(), &overrides);
             let (scene, source) = made.map_err(|e| match e {
                 Error::Scene(fault) => {
                     // A fault at the start of an override is one of its key.
                     let at_key = fault.text.name() == "--set" && fault.span.is_some_and(|span| span.offset() == 0);
-                    let of_second = overrides.get(1) == Some(fault.text.inner());
-                    let place = match (at_key, of_second) {
-                        (true, true) => format!("{key}.second.key"),
-                        (true, false) => format!("{key}.key"),
-                        (false, true) => format!("{key}.second"),
-                        (false, false) => of_value(i),
-                    };
+                    let change = changes.iter().find(|(change, _)| fault.text.name() == "--set" && change == fault.text.inner());
+                    let place = change.map_or(of_value(i), |(_, [name, value])| if at_key { name.clone() } else { value.clone() });
                     Error::Input { place, message: fault.message.replace(" (from --set)", ""), help: fault.help }
                 }
                 other => other,
             })?;
             let end = scene.end() * (1.0 + 1e-9);
-            if let Some((m, time)) = sweep.measures.iter().enumerate().find_map(|(m, entry)| Some((m, entry.time.filter(|t| *t > end)?))) {
+            let times = sweep.measures.iter().enumerate().map(|(m, entry)| (format!("measures.{m}"), entry.time));
+            let times = times.chain(sweep.shapes.map(|shapes| ("shapes".to_owned(), shapes.time)));
+            if let Some((at, time)) = times.into_iter().find_map(|(at, time)| Some((at, time.filter(|t| *t > end)?))) {
                 let message = format!("is after the end of the run at {} (seconds, in statics the load factor)", scene.end());
-                return Err(Error::input(format!("{key}.measures.{m}.time"), format!("{time} with {}: {message}", overrides[0])));
+                let change = format!("{}={}", sweep.key, value.text());
+                return Err(Error::input(format!("{key}.{at}.time"), format!("{time} with {change}: {message}")));
             }
-            let values = pair.into_iter().map(|(_, value)| value.clone()).collect();
+            let values = [Some(value), other].into_iter().flatten().cloned().collect();
             runs.push(Run { values, place: of_value(i), scene, source });
         }
     }
@@ -124,7 +146,8 @@ fn plan(job: &Job, number: usize, sweep: &scene::Sweep) -> Result<Vec<Run>> {
     Ok(runs)
 }
 
-fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
+/// One run as a row, and its shape where that is asked for and there is one.
+fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<(SweepRow, Option<Shape>)> {
     let folder = tempfile::tempdir().map_err(|e| Error::io("create a folder in", &std::env::temp_dir(), e))?;
     let step = Job { scene: run.scene, source: run.source, case: folder.path().to_path_buf(), quiet: true, ..job.clone() };
     let measures: Vec<_> = sweep.measures.iter().map(|m| (&m.measure, Spot::new(m.time, m.limit_point, m.passage.as_ref()))).collect();
@@ -132,7 +155,18 @@ fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
     let cost = trial.cost;
     let (measured, failure) = match trial.values {
         Ok(values) => (values, None),
-        Err(reason) => (vec![None; measures.len()], Some(reason)),
+        Err(stopped) => {
+            let at_end = |m: &&SweepMeasure| m.time.is_none() && m.limit_point.is_none() && m.passage.is_none();
+            let measured = |m: &SweepMeasure| Some(m).filter(at_end).and_then(|m| stopped.measure(&m.measure));
+            (sweep.measures.iter().map(measured).collect(), Some(stopped.reason))
+        }
+    };
+    let shape = match &sweep.shapes {
+        Some(shapes) if failure.is_none() => {
+            let case = Case::load(&step)?;
+            Some(Shape { places: case.mesh.nodes(), positions: case.positions(shapes.time.into())? })
+        }
+        _ => None,
     };
     let values: Vec<Value> = run.values.iter().map(json).collect();
     let place: Vec<String> = values.iter().map(table::word).collect();
@@ -145,7 +179,7 @@ fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
         .map(|(m, v)| format!("{} {}", m.name, v.map_or("none".into(), |v| format!("{v:.6e}"))))
         .collect();
     log::info!("{} at {}: {}", sweep.name, place.join(", "), failure.clone().unwrap_or_else(|| shown.join(", ")));
-    Ok(SweepRow {
+    let row = SweepRow {
         values,
         measures: measured,
         faces: cost.faces,
@@ -155,7 +189,8 @@ fn row(job: &Job, sweep: &scene::Sweep, run: Run) -> Result<SweepRow> {
         factorizations: cost.factorizations,
         failure,
         missed,
-    })
+    };
+    Ok((row, shape))
 }
 
 /// What a value misses, in words. Where there is no value, every limit is missed.
