@@ -249,7 +249,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     (
         "shapes = { time",
         "largest = §{ measure = \"energy\", least = 1 }\nshapes = { time",
-        "report.sweep.0.largest: needs a second key whose values are numbers",
+        "report.sweep.0.largest = { measure = \"energy\", least = 1 }: needs a second key whose values are numbers",
     ),
     // Matrices.
     ("most_factorizations = 5000", "most_factorizations = §0", "report.matrix.most_factorizations = 0: must be >= 1"),
