@@ -150,7 +150,9 @@ impl Stepping {
     /// Why a run ends after a step from `time` that failed, in words.
     pub fn end(&self, time: f64) -> String {
         let (failures, most) = (self.control.failures, self.control.most_failures(time));
-        if self.path.is_none() && f64::from(failures) > most {
+        if self.path.is_none() && most == 0.0 {
+            "failed, and no step may be halved".into()
+        } else if self.path.is_none() && f64::from(failures) > most {
             format!("failed, and with it {failures} steps so far, where a run that has come so far may have {most}")
         } else {
             "failed at its smallest size".into()
