@@ -137,7 +137,8 @@ impl ShellModel {
         let v: Vec<f64> = parts.velocities.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
         parts.shell.set_rest(&parts.initial_forms);
         let settings = Settings { lengths, diameter, tolerance: tolerance * diameter, max_iterations };
-        let newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
+        let mut newton = Newton::new(&mut potentials(&mut parts), &held, settings)?;
+        newton.set_projects(parts.inertia.is_some());
         let integration = parts.inertia.is_some().then(|| TimeIntegration::new(Integrator::ImplicitEuler, false));
         let (step, time) = (0, 0.0);
         let mut model = ShellModel {

@@ -203,7 +203,7 @@ impl<E: Element<N, P>, const N: usize, const P: usize, L: Constitutive> Koiter<E
             weights[k] = match curvature {
                 Curvature::Mixed | Curvature::Geometric => self.lagged[point],
                 Curvature::Projected => {
-                    let mut w = stress;
+                    let mut w = self.lagged[point];
                     let rest = self.law.rest(point);
                     project_stress(&mut w, [rest[0], rest[1], rest[2]]);
                     w

@@ -48,7 +48,10 @@ impl Newton {
 
     /// One iteration of descent; returns the movement [m], and whether the energy fell by more than its round-off.
     pub(super) fn descend_once(&mut self, potentials: &mut [&mut dyn Potential], x: &mut [f64]) -> Result<(f64, bool), Failure> {
-        potentials.iter_mut().for_each(|p| p.prepare(x));
+        potentials.iter_mut().for_each(|p| {
+            p.prepare(x);
+            p.restart(x);
+        });
         let energy = self.assemble(potentials, x, Curvature::Projected);
         self.counters.fallback_iterations += 1;
         if !energy.is_finite() {
@@ -77,7 +80,7 @@ impl Newton {
     }
 
     /// Solves with the projected matrix, shifted by a growing part of its diagonal while it is not positive definite.
-    fn solve_shifted(&mut self) -> Result<(), Failure> {
+    pub(super) fn solve_shifted(&mut self) -> Result<(), Failure> {
         let mut shift = 0.0;
         loop {
             match self.solve_linear(Kind::Llt) {

@@ -82,6 +82,8 @@ pub struct Newton {
     pub(super) counters: Counters,
     /// Whether descent takes over where the mixed iteration does not contract; else the step has failed.
     descends: bool,
+    /// Whether first iterations go along descents of the energy where the matrix has negative pivots.
+    projects: bool,
     /// Whether a first matrix has shown that nothing moves without resistance.
     is_held: bool,
     /// Smallest pivot of the last factor over its diagonal entry.
@@ -95,6 +97,9 @@ pub struct Newton {
 /// Share of the matrix below which the stiffness of a direction is that of a mechanism. A thickness of 1e-6 of the span leaves 1e-17 on fine
 /// meshes; round-off leaves mechanisms of shells thicker than 1e-4 of the span below 1e-19.
 const MECHANISM: f64 = 1e-18;
+
+/// Iterations that may take the semidefinite matrix; after them the end of the step is one that is no minimum.
+const PROJECTED: u64 = 15;
 
 /// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
 const TEAR: f64 = 1e-2;
@@ -122,6 +127,7 @@ impl Newton {
             trial: vec![0.0; all],
             counters: Counters::default(),
             descends: true,
+            projects: false,
             is_held: false,
             smallest_pivot: 1.0,
             stabilizer: None,
@@ -147,6 +153,12 @@ impl Newton {
     /// Whether descent takes over from now on where the mixed iteration does not contract, as at first; else such a step has failed.
     pub fn set_descends(&mut self, descends: bool) {
         self.descends = descends;
+    }
+
+    /// Whether first iterations that meet negative pivots take the positive semidefinite matrix of the same lagged stresses, as a step of a motion should:
+    /// inertia makes most of its ends minima, which the exact matrix leads away from while stresses are far from theirs.
+    pub fn set_projects(&mut self, projects: bool) {
+        self.projects = projects;
     }
 
     /// Number of free unknowns.
@@ -205,6 +217,24 @@ impl Newton {
         self.system.clear();
         let energy: f64 = potentials.iter_mut().map(|p| p.assemble(x, curvature, &mut self.system)).sum();
         energy + self.pull.as_ref().map_or(0.0, |pull| pull.assemble(x, &self.numbering, &self.pattern, &mut self.system))
+    }
+
+    /// The same with what held unknowns that move by the `moved` distances do to the forces.
+    pub(super) fn assemble_moving(
+        &mut self,
+        potentials: &mut [&mut dyn Potential],
+        x: &[f64],
+        curvature: Curvature,
+        moved: &[(usize, f64)],
+    ) -> f64 {
+        if !moved.is_empty() {
+            let mut prescribed = vec![0.0; x.len()];
+            moved.iter().for_each(|&(i, d)| prescribed[i] = d);
+            self.system.prescribed = Some(prescribed);
+        }
+        let energy = self.assemble(potentials, x, curvature);
+        self.system.prescribed = None;
+        energy
     }
 
     /// Largest movement in `dx` [m]; with no free length, the largest angle over one radian times the diameter. Infinite if anything is not finite.
@@ -270,13 +300,8 @@ impl Newton {
         for iteration in 1..=self.settings.max_iterations as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
-            if moving {
-                let mut prescribed = vec![0.0; x.len()];
-                moved.iter().for_each(|&(i, d)| prescribed[i] = d);
-                self.system.prescribed = Some(prescribed);
-            }
-            let energy = self.assemble(potentials, x, Curvature::Mixed);
-            self.system.prescribed = None;
+            let along = if moving { moved } else { &[] };
+            let energy = self.assemble_moving(potentials, x, Curvature::Mixed, along);
             self.counters.newton_iterations += 1;
             if !energy.is_finite() {
                 return Err(Failure::NotContracting(movement));
@@ -284,10 +309,15 @@ impl Newton {
             let residual = self.residual();
             let negative_pivots = self.solve_linear(Kind::Ldlt)?;
             self.check_held(potentials, x)?;
-            if moving {
-                moved.iter().for_each(|&(i, d)| self.dx[i] = d);
+            let projected = self.projects && negative_pivots > 0 && iteration <= PROJECTED;
+            if projected {
+                self.assemble_moving(potentials, x, Curvature::Projected, along);
+                self.solve_shifted()?;
             }
-            self.refine(potentials, x, if moving { moved } else { &[] });
+            along.iter().for_each(|&(i, d)| self.dx[i] = d);
+            if !projected {
+                self.refine(potentials, x, along);
+            }
             movement = self.movement();
             log::trace!("mixed {iteration}: movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
             if !(self.deformation() < 3.0 * self.settings.diameter) {

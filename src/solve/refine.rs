@@ -29,9 +29,7 @@ impl Newton {
         }
         let mut prescribed = vec![0.0; x.len()];
         moved.iter().for_each(|&(i, d)| prescribed[i] = d);
-        self.system.prescribed = (!moved.is_empty()).then(|| prescribed.clone());
-        self.assemble(potentials, x, Curvature::Geometric);
-        self.system.prescribed = None;
+        self.assemble_moving(potentials, x, Curvature::Geometric, moved);
         let forces = self.system.gradient.clone();
         // GMRES (Saad and Schultz 1986). Angles count as the movement that they make over the mesh.
         let lengths = self.numbering.unknowns().partition_point(|u| (*u as usize) < self.settings.lengths);

@@ -9,7 +9,7 @@ pub enum Curvature {
     Mixed,
     /// The same without the part of the material, which [`Potential::add_material_forces`] makes.
     Geometric,
-    /// A positive semidefinite approximation, for descent on the energy.
+    /// A positive semidefinite approximation of [`Curvature::Mixed`], for descent on the energy.
     Projected,
 }
 
