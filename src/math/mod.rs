@@ -5,8 +5,10 @@ pub mod jet;
 mod normal_component;
 mod operator;
 pub mod quadrature;
+mod rigid_fit;
 
 pub use expression::Expression;
 pub use jet::Jet;
 pub use normal_component::TangentPlane;
 pub use quadrature::SurfacePoint;
+pub use rigid_fit::rigid_fit;

@@ -4,6 +4,7 @@ use super::prescribed::HeldUnknown;
 use super::shell_model::{ShellModel, potentials};
 use super::step::StepFailure;
 use super::time_integration::Stage;
+use crate::math::rigid_fit;
 use nalgebra::Vector3;
 
 impl HeldUnknown {
@@ -25,6 +26,28 @@ impl ShellModel {
         let held = self.parts.held.iter().filter(|h| h.unknown < self.v.len());
         let consistent = || held.map(|h| (h.unknown, h.velocity(self.time, time))).collect();
         Some(integration.stage(&self.x, &self.v, dt, [self.time, time], consistent))
+    }
+
+    /// Moves and turns a shell that nothing holds as a whole to where inertia would have it: in a long step that may be many of its sizes away, and what is
+    /// left to find is how it deforms. Where nothing moves, nothing changes.
+    pub(super) fn move_as_a_whole(&mut self, stage: &Stage) {
+        let coordinates = self.v.len();
+        if !self.parts.held.is_empty() || self.x[..coordinates] == stage.predicted {
+            return;
+        }
+        let points = |v: &[f64]| v.chunks_exact(3).map(Vector3::from_column_slice).collect::<Vec<_>>();
+        let nodes = points(&self.x[..coordinates]);
+        let (rotation, translation) = rigid_fit(&nodes, &points(&stage.predicted));
+        let centre = nodes.iter().sum::<Vector3<f64>>() / nodes.len() as f64;
+        let moved = rotation * centre + translation;
+        if !moved.iter().all(|v| v.is_finite()) {
+            return;
+        }
+        for (x, node) in self.x.chunks_exact_mut(3).zip(&nodes) {
+            x.copy_from_slice((moved + rotation * (node - centre)).as_slice());
+        }
+        let directors: Vec<Vector3<f64>> = self.parts.shell.directors().iter().map(|d| rotation * d).collect();
+        self.parts.shell.set_directors(&directors);
     }
 
     /// Goes on from the state of a stage, which the unknowns hold, to the end of its step at `time`, where held unknowns have the values

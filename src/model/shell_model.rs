@@ -265,6 +265,9 @@ impl ShellModel {
                 self.parts.loads.iter_mut().for_each(|load| load.potential.start_step([&place, &origin], moment, interval));
             }
         }
+        if let Some(stage) = &stage {
+            self.move_as_a_whole(stage);
+        }
         let at_stage: Vec<(usize, f64)> = match &stage {
             Some(stage) => targets.iter().map(|&(i, value)| (i, stage.between(before[i], value))).collect(),
             None => targets.clone(),

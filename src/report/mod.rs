@@ -16,9 +16,10 @@ pub mod surface;
 pub mod sweep;
 pub mod waves;
 
+pub use crate::math::rigid_fit;
 pub use curvature::{Curvature, curvature};
 pub use distance::{farthest, hausdorff};
-pub use fit::{cylinder_distance, rigid_fit};
+pub use fit::cylinder_distance;
 pub use ladder::LadderRow;
 pub use machine::DenseProduct;
 pub use matrix::{MatrixCell, MatrixSolution};

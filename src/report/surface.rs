@@ -4,8 +4,8 @@
 //! left of the sampling is that the largest distance is looked for at many points, not everywhere. No rest shape and no element is known.
 
 use super::distance::Tree;
-use super::fit::rigid_fit;
 use crate::math::quadrature::{quadratic_shape, quadratic_slopes};
+use crate::math::rigid_fit;
 use crate::mesh::{Mesh, Topology};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 

@@ -101,6 +101,9 @@ const MECHANISM: f64 = 1e-18;
 /// Iterations that may take the semidefinite matrix; after them the end of the step is one that is no minimum.
 const PROJECTED: u64 = 15;
 
+/// Movement over the largest coordinate that is round-off.
+const DIGITS: f64 = 4.0 * f64::EPSILON;
+
 /// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
 const TEAR: f64 = 1e-2;
 
@@ -331,7 +334,8 @@ impl Newton {
             last = movement;
             potentials.iter_mut().for_each(|p| p.extrapolate(x, &self.dx));
             x.iter_mut().zip(&self.dx).for_each(|(x, d)| *x += d);
-            if movement <= tolerance {
+            // Far from the origin coordinates have no digits for the tolerance.
+            if movement <= tolerance.max(DIGITS * x[..self.settings.lengths].iter().fold(0.0, |m: f64, x| m.max(x.abs()))) {
                 potentials.iter_mut().for_each(|p| p.prepare(x));
                 return Ok(Solved { iterations: iteration, increment: movement, residual, negative_pivots, stability: None });
             }
