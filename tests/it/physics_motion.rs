@@ -59,6 +59,27 @@ fn free_fall() {
     }
 }
 
+/// A sheet of 0.1 m that turns by half a radian in each step, where inertia has it as a whole before it is sought how it deforms; and one that falls by 5e6 m, where
+/// coordinates have digits for 1e-9 m only, far above the tolerance.
+#[test]
+fn long_steps_of_a_free_sheet() {
+    let sheet = |dynamics: &str| {
+        run(&format!(
+            "[mesh.rectangle]\nsize = [0.1, 0.1]\ncells = [3, 3]\n[shell]\nthickness = 1e-3\nyoungs_modulus = 1e7\npoissons_ratio = 0.3\n\
+             density = 1000\n[gravity]\n[dynamics]\nvelocity = [\"-5 * (y - 0.05)\", \"5 * (x - 0.05)\", 0]\n{dynamics}"
+        ))
+    };
+    let turning = sheet("dt = 0.1\nend = 2\n");
+    assert!(turning.last("newton_iterations") <= 3.0 * 20.0, "{}", turning.last("newton_iterations"));
+    // It turns indeed.
+    let side = turning.end[1] - turning.end[0];
+    assert!(side.normalize().dot(&Vector3::x()) < 0.99, "{side}");
+    let falling = sheet("dt = 100\nend = 1000\n");
+    assert_eq!(falling.last("halvings"), 0.0);
+    let fall = G * 1e4 * 55.0;
+    falling.end.iter().for_each(|p| assert!((p.z / fall + 1.0).abs() < 1e-7, "{}", p.z));
+}
+
 #[test]
 fn uniform_motion_is_exact_and_costs_nothing() {
     let case = run(&gutter("[dynamics]\ndt = 0.05\nend = 1.0\nvelocity = [1.0, -2.0, 0.5]\n"));
