@@ -74,7 +74,8 @@ def set_scale(axis: plt.Axes, values: list[float], linear: bool) -> None:
 
 def say_failures(sweep: dict[str, Any]) -> None:
     for row in sweep["rows"]:
-        if "failure" in row:
+        # A run that stopped may have a point all the same: how far it came.
+        if "failure" in row and all(value is None for value in row["measures"]):
             values = ", ".join(map(str, row["values"]))
             print(f"plot_sweep: no point of {sweep['name']} at {values}: {row['failure']}")
 
