@@ -35,6 +35,14 @@ impl StepFailure {
         match failure {
             Failure::Mechanism(unknown) if static_start => StepFailure::Mechanism(describe(unknown)),
             Failure::Mechanism(unknown) => StepFailure::Equations(format!("the matrix is singular at {}", describe(unknown))),
+            Failure::RoundOff(hidden) => StepFailure::Equations(format!(
+                "round-off hides how stiff the shell is: the pivot of {} is {:.1e} of its diagonal entry; round-off of the forces moves the shell by \
+                 {:.1e} m, and movements are wrong by {:.1e} of their size",
+                describe(hidden.unknown),
+                hidden.pivot,
+                hidden.movement,
+                hidden.error
+            )),
             Failure::NotContracting(movement) => {
                 StepFailure::Equations(format!("the iteration did not contract; its last movement was {movement:.2e} m"))
             }

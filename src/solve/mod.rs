@@ -18,6 +18,6 @@ mod steps;
 pub use arc_length::{Advance, ArcControl, Family, RATE_STEP, Reach, Stop};
 pub use dynamic_relaxation::Relaxation;
 pub use modes::{Mode, NoModes};
-pub use newton::{Counters, Failure, Newton, Settings, Solved};
+pub use newton::{Counters, Failure, Newton, RoundOff, Settings, Solved};
 pub use stability::{Stability, Stabilizer};
 pub use steps::{Adaptive, ErrorControl, StepControl, StepPlan};

@@ -241,7 +241,11 @@ impl Newton {
     fn factor(&mut self, matrix: &[f64], s: f64, direction: &[f64]) -> Option<usize> {
         let sums = matrix.iter().zip(direction).map(|(a, d)| a + s * d);
         self.system.matrix.iter_mut().zip(sums).for_each(|(to, sum)| *to = sum);
-        self.cholesky.refactor(&self.pattern, &self.system.matrix, Kind::Ldlt).ok().map(|done| done.negative_pivots)
+        self.cholesky
+            .refactor(&self.pattern, &self.system.matrix, Kind::Ldlt)
+            .ok()
+            .filter(|done| !done.is_vanishing)
+            .map(|done| done.negative_pivots)
     }
 
     /// A vector over the free unknowns as a mode: its largest coordinate is 1, and the first that is half as large positive.

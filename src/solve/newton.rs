@@ -58,6 +58,8 @@ pub enum Failure {
     Mechanism(usize),
     /// No iteration contracted; the movement in the last one [m].
     NotContracting(f64),
+    /// The same, where round-off hides how stiff the shell is.
+    RoundOff(RoundOff),
     /// Dynamic relaxation had not come to rest after so many iterations.
     NotRelaxed {
         /// Iterations.
@@ -67,6 +69,19 @@ pub enum Failure {
     },
     /// The equilibrium is unstable and was not left for a stable one; its lowest eigenvalue [N/m3], if that was found.
     Unstable(Option<f64>),
+}
+
+/// How round-off hid the stiffness of a shell from the iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundOff {
+    /// The unknown with the smallest pivot, over all unknowns.
+    pub unknown: usize,
+    /// That pivot over its diagonal entry [1].
+    pub pivot: f64,
+    /// Error left in the first movement that was solved for, over its size [1].
+    pub error: f64,
+    /// How far round-off of the forces moves the shell [m].
+    pub movement: f64,
 }
 
 /// Pattern, matrix and factor of one set of potentials and supports; allocated once.
@@ -86,8 +101,15 @@ pub struct Newton {
     projects: bool,
     /// Whether a first matrix has shown that nothing moves without resistance.
     is_held: bool,
-    /// Smallest pivot of the last factor over its diagonal entry.
+    /// Smallest pivot of the last factor over its diagonal entry, and its unknown.
     pub(super) smallest_pivot: f64,
+    pub(super) softest_unknown: usize,
+    /// Whether a pivot of the last factor was no larger than what round-off leaves of a zero one.
+    pub(super) is_vanishing: bool,
+    /// Error left in the last movement that was solved for and refined, over its size; 0 where it was not looked at.
+    pub(super) matrix_error: f64,
+    /// What round-off has hidden of this equilibrium.
+    hidden: Option<RoundOff>,
     /// Where unstable equilibria are to be left.
     pub(super) stabilizer: Option<Stabilizer>,
     /// What holds the iteration near a place for the time being.
@@ -103,6 +125,9 @@ const PROJECTED: u64 = 15;
 
 /// Movement over the largest coordinate that is round-off.
 const DIGITS: f64 = 4.0 * f64::EPSILON;
+
+/// Error of a refined movement over its size that is told where the iteration does not contract.
+const WRONG: f64 = 1e-3;
 
 /// Largest jump of a support that descent may start with, relative to the mesh: about an edge of a fine mesh.
 const TEAR: f64 = 1e-2;
@@ -133,6 +158,10 @@ impl Newton {
             projects: false,
             is_held: false,
             smallest_pivot: 1.0,
+            softest_unknown: 0,
+            is_vanishing: false,
+            matrix_error: 0.0,
+            hidden: None,
             stabilizer: None,
             pull: None,
         })
@@ -190,7 +219,7 @@ impl Newton {
         let start = x.to_vec();
         potentials.iter_mut().for_each(|p| p.save());
         let moved: Vec<(usize, f64)> = targets.iter().map(|&(i, value)| (i, value - x[i])).filter(|(_, d)| *d != 0.0).collect();
-        match self.mixed(potentials, x, &moved, self.settings.tolerance) {
+        let first = match self.mixed(potentials, x, &moved, self.settings.tolerance) {
             Ok(solved) => {
                 // Exactly, without the round-off of the increments. Angles are zero again: their references have turned.
                 targets.iter().filter(|(i, _)| *i < self.settings.lengths).for_each(|&(i, value)| x[i] = value);
@@ -200,19 +229,42 @@ impl Newton {
             Err(failure @ Failure::Mechanism(_)) if *x == *start => return Err(failure),
             Err(failure) if !self.descends => {
                 x.copy_from_slice(&start);
-                return Err(failure);
+                return Err(self.reason(failure));
             }
-            Err(failure) => log::debug!("mixed iteration: {failure:?}; descending on the energy"),
-        }
+            Err(failure) => {
+                log::debug!("mixed iteration: {failure:?}; descending on the energy");
+                failure
+            }
+        };
         x.copy_from_slice(&start);
         potentials.iter_mut().for_each(|p| p.put_back());
         // Descent starts with the supports moved and all else left behind. Where that tears the shell it would settle in a wrong valley.
         let reach = moved.iter().filter(|(i, _)| *i < self.settings.lengths).fold(0.0f64, |m, (_, d)| m.max(d.abs()));
+        let hidden = self.hidden;
         if reach > TEAR * self.settings.diameter {
-            return Err(Failure::NotContracting(reach));
+            return Err(self.reason(Failure::NotContracting(reach)));
         }
         targets.iter().for_each(|&(i, value)| x[i] = value);
-        self.descend(potentials, x).inspect_err(|_| x.copy_from_slice(&start))
+        self.descend(potentials, x).map_err(|failure| {
+            x.copy_from_slice(&start);
+            self.hidden = hidden;
+            self.reason(if matches!(failure, Failure::Mechanism(_)) { first } else { failure })
+        })
+    }
+
+    /// A failure of the iteration, with round-off for its reason where it has hidden something of this equilibrium. What no longer is regular on
+    /// the way from a shell that is held is no mechanism.
+    fn reason(&self, failure: Failure) -> Failure {
+        match (self.hidden, failure) {
+            (Some(hidden), _) => Failure::RoundOff(hidden),
+            (None, Failure::Mechanism(_)) if self.is_held => Failure::NotContracting(self.movement()),
+            (None, failure) => failure,
+        }
+    }
+
+    /// What round-off hides now. `movement`: how far that of the forces moves the shell [m].
+    fn round_off(&self, movement: f64) -> RoundOff {
+        RoundOff { unknown: self.softest_unknown, pivot: self.smallest_pivot, error: self.matrix_error, movement }
     }
 
     /// Assembles gradient and Hessian at `x`.
@@ -286,7 +338,10 @@ impl Newton {
         for (value, &unknown) in self.solution.iter().zip(self.numbering.unknowns()) {
             self.dx[unknown as usize] = *value;
         }
-        self.smallest_pivot = done.smallest;
+        if kind == Kind::Ldlt {
+            (self.smallest_pivot, self.softest_unknown) = (done.smallest, self.numbering.unknowns()[done.softest] as usize);
+            self.is_vanishing = done.is_vanishing;
+        }
         Ok(done.negative_pivots)
     }
 
@@ -300,6 +355,7 @@ impl Newton {
         tolerance: f64,
     ) -> Result<Solved, Failure> {
         let (mut smallest, mut movement, mut last) = (f64::INFINITY, f64::INFINITY, 0.0);
+        self.hidden = None;
         for iteration in 1..=self.settings.max_iterations as u64 {
             potentials.iter_mut().for_each(|p| p.prepare(x));
             let moving = iteration == 1 && !moved.is_empty();
@@ -320,6 +376,9 @@ impl Newton {
             along.iter().for_each(|&(i, d)| self.dx[i] = d);
             if !projected {
                 self.refine(potentials, x, along);
+                if iteration == 1 && self.matrix_error > WRONG {
+                    self.hidden = Some(self.round_off(0.0));
+                }
             }
             movement = self.movement();
             log::trace!("mixed {iteration}: movement {movement:.3e} m, residual {residual:.1e}, negative pivots {negative_pivots}");
@@ -328,7 +387,10 @@ impl Newton {
             }
             // Where movements do not shrink, round-off may make them.
             if !moving && movement > tolerance && movement > 0.5 * last {
-                self.leave_out_round_off(potentials, x, tolerance);
+                let by_round_off = self.leave_out_round_off(potentials, x, tolerance);
+                if by_round_off > tolerance {
+                    self.hidden = Some(self.round_off(by_round_off));
+                }
                 movement = self.movement();
             }
             last = movement;
@@ -351,8 +413,9 @@ impl Newton {
     pub(super) fn check_held(&mut self, potentials: &[&mut dyn Potential], x: &[f64]) -> Result<(), Failure> {
         if !self.is_held {
             let (share, unknown) = self.softest(potentials, x);
-            log::trace!("softest direction: {share:e} of the matrix");
-            if share < MECHANISM {
+            log::trace!("softest direction: {share:e} of the matrix; smallest pivot {:.1e}", self.smallest_pivot);
+            // Here a pivot within round-off is a mechanism's too; later it only is what round-off hides.
+            if self.is_vanishing || share < MECHANISM {
                 return Err(Failure::Mechanism(self.numbering.unknowns()[unknown] as usize));
             }
             self.is_held = true;

@@ -24,6 +24,7 @@ impl Newton {
     /// Improves `self.dx`, the movement from `x` that was solved for with the matrix there, if that matrix needs it. `moved`: held unknowns that
     /// move, and how far. The matrix is overwritten.
     pub(super) fn refine(&mut self, potentials: &mut [&mut dyn Potential], x: &[f64], moved: &[(usize, f64)]) {
+        self.matrix_error = 0.0;
         if self.smallest_pivot >= ACCURATE {
             return;
         }
@@ -89,6 +90,7 @@ impl Newton {
             add(&mut solution, right[k], &basis[k]);
         }
         log::trace!("refined by {} directions: error {:.1e} to {:.1e} of the movement", triangle.len(), start / size, left / size);
+        self.matrix_error = left / size;
         for (value, &unknown) in solution.iter().zip(self.numbering.unknowns()) {
             self.dx[unknown as usize] = *value;
         }

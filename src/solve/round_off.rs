@@ -40,8 +40,8 @@ impl Newton {
 
     /// Takes those parts out of the movement from `x` that round-off of the forces alone may have made: along the directions in which it moves
     /// the shell by about the `tolerance` [m] or further, and no further than that. To be asked after a solution with the matrix at `x`;
-    /// no matrix is factorised.
-    pub(super) fn leave_out_round_off(&mut self, potentials: &[&mut dyn Potential], x: &[f64], tolerance: f64) {
+    /// no matrix is factorised. Returns how far round-off moves the shell [m]; 0 where the movement is far larger.
+    pub(super) fn leave_out_round_off(&mut self, potentials: &[&mut dyn Potential], x: &[f64], tolerance: f64) -> f64 {
         // Free numbers are in the order of unknowns, lengths first. Angles follow their nodes.
         let lengths = self.numbering.unknowns().partition_point(|u| (*u as usize) < self.settings.lengths);
         let size = |v: &[f64]| v[..lengths].iter().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -59,7 +59,7 @@ impl Newton {
             self.cholesky.solve(&mut by_round_off);
             let reach = size(&by_round_off);
             if size(&movement) > MARGIN * MARGIN * reach || !(reach <= NEAR * self.settings.diameter) {
-                return;
+                return 0.0;
             }
             made.push(by_round_off);
         }
@@ -83,6 +83,7 @@ impl Newton {
         for (value, &unknown) in movement.iter().zip(self.numbering.unknowns()) {
             self.dx[unknown as usize] = *value;
         }
+        made.iter().map(|v| size(v)).fold(0.0, f64::max)
     }
 
     /// Gradient of the potentials at `x` over the free unknowns; that of the system stays.

@@ -169,7 +169,7 @@ impl Newton {
         self.assemble(potentials, x, Curvature::Mixed);
         let hessian = self.system.matrix.clone();
         // A zero pivot here is a branching point that was hit exactly, and no mechanism: its mode tells the side.
-        let pivots = self.solve_linear(Kind::Ldlt).ok();
+        let pivots = self.solve_linear(Kind::Ldlt).ok().filter(|_| !self.is_vanishing);
         // Eigenvalues below `least` are round-off, and so is what a solve with a matrix makes of their modes.
         let stiffness = self.pattern.column_start.iter().zip(mass).filter(|(_, m)| **m > 0.0);
         let stiffest = stiffness.map(|(slot, m)| hessian[*slot as usize].abs() / m).fold(f64::MIN_POSITIVE, f64::max);
@@ -209,7 +209,7 @@ impl Newton {
             diagonal.for_each(|(slot, m)| self.system.matrix[*slot as usize] += sigma * m);
             self.counters.factorizations += 1;
             match self.cholesky.refactor(&self.pattern, &self.system.matrix, Kind::Ldlt) {
-                Ok(done) if done.negative_pivots == 0 => return Ok(sigma),
+                Ok(done) if done.negative_pivots == 0 && !done.is_vanishing => return Ok(sigma),
                 _ => sigma *= 4.0,
             }
         }

@@ -38,6 +38,10 @@ pub struct Refactored {
     pub negative_pivots: usize,
     /// Smallest pivot over the diagonal entry of its row (1 for `L L^T`).
     pub smallest: f64,
+    /// Free number of the unknown with that pivot.
+    pub softest: usize,
+    /// Whether a pivot is no larger than what round-off leaves of a zero one (not asked for `L L^T`).
+    pub is_vanishing: bool,
 }
 
 fn out_of_memory() -> Error {
@@ -140,7 +144,7 @@ impl Cholesky {
             }
         }
         if kind == Kind::Llt {
-            return Ok(Refactored { negative_pivots: 0, smallest: 1.0 });
+            return Ok(Refactored { negative_pivots: 0, smallest: 1.0, softest: 0, is_vanishing: false });
         }
         self.scale.fill(0.0);
         for j in 0..pattern.len() {
@@ -150,18 +154,22 @@ impl Cholesky {
                 self.scale[j] = self.scale[j].max(v);
             }
         }
-        let (mut negative_pivots, mut smallest) = (0, 1.0f64);
-        let mut singular = None;
+        let (mut negative_pivots, mut smallest, mut softest) = (0, 1.0f64, 0);
+        let (mut singular, mut is_vanishing) = (None, false);
         self.each_pivot(|index, d| {
             negative_pivots += usize::from(d < 0.0);
             let u = unknown(index);
-            smallest = smallest.min(d.abs() / matrix[pattern.column_start[u] as usize].abs());
-            // Round-off leaves about eps of the row's scale where a mechanism's pivot should be zero.
-            if !d.is_finite() || d.abs() <= 16.0 * f64::EPSILON * self.scale[u] {
+            let share = d.abs() / matrix[pattern.column_start[u] as usize].abs();
+            if share < smallest {
+                (smallest, softest) = (share, u);
+            }
+            if !(d.is_finite() && d != 0.0) {
                 singular.get_or_insert(Pivot { unknown: u, zero: d.is_finite() });
             }
+            // Round-off leaves about eps of the row's scale where a mechanism's pivot should be zero.
+            is_vanishing |= d.abs() <= 16.0 * f64::EPSILON * self.scale[u];
         });
-        singular.map_or(Ok(Refactored { negative_pivots, smallest }), Err)
+        singular.map_or(Ok(Refactored { negative_pivots, smallest, softest, is_vanishing }), Err)
     }
 
     /// Shows each pivot of the last factorisation, in the order of elimination.

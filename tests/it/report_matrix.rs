@@ -150,3 +150,49 @@ fn the_stress_scenes_pass() {
     let cells = cells(&sandbox);
     assert!(cells.as_array().unwrap().len() >= 25);
 }
+
+/// Needles 5000 times as long as wide: the round-off of the matrix is larger than the stiffness of their softest movements, that of strains is not.
+#[test]
+fn a_strip_with_needles_grows_as_any_other() {
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/stress/sliver_row.obj");
+    let sandbox = Sandbox::new(&format!(
+        r#"
+[mesh.file]
+path = {mesh:?}
+[[region]]
+name = "center"
+nearest = [0.05, 0.01, 0]
+[[region]]
+name = "center-edge"
+nearest = [0.05, 0, 0]
+[[region]]
+name = "ahead"
+nearest = [0.0625, 0.01, 0]
+[shell]
+thickness = 1e-2
+youngs_modulus = 1e9
+poissons_ratio = 0.3
+[rest.orthotropic]
+factors = [2, 0.5]
+angle = 0
+[[pin]]
+region = "center"
+[[pin]]
+region = "center-edge"
+components = ["x", "z"]
+[[pin]]
+region = "ahead"
+components = ["z"]
+[statics]
+steps = 3
+[report.matrix]
+most_factorizations = 25
+measures = [{{ name = "length", measure = {{ distance-between = {{ a = [0, 0, 0], b = [0.1, 0, 0] }} }}, least = 0.1999999, most = 0.2000001, source = "exact" }}]
+[[report.matrix.part]]
+name = "grown"
+axes = [{{ key = "shell.thickness", values = [1e-2, 1e-4] }}]
+"#
+    ));
+    sandbox.ok(&["report", "--matrix", "scene.toml"]);
+    assert!(cells(&sandbox).as_array().unwrap().iter().all(|cell| cell["exit"] == 0));
+}
